@@ -1,4 +1,4 @@
-"""Draws the figures of the studies: a PNG file, its panels, and curves over two columns of rows."""
+"""Draws the figures of the studies: a PNG file, its panels, and the charts that several of them have."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -10,10 +10,13 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from teletaction.plotting.figure_style import STYLE
+from teletaction.plotting.figure_style import PALE, STYLE, plain_ticks
 
+Array = NDArray[np.float64]
 Data = Mapping[str, Any]
 Rows = Sequence[Mapping[str, Any]]
 WIDEST_IN = 11.5
@@ -64,3 +67,53 @@ def curve(axes: Axes, rows: Rows, x: str, y: str, units: tuple[float, float] = (
         for name, unit in zip((x, y), units, strict=True)
     ]
     axes.plot(*columns, **how)
+
+
+def log_axes(axes: Axes, x: Sequence[float] = (), y: Sequence[float] = ()) -> None:
+    """Scale the axes that have ticks here logarithmically, with plain numbers at these ticks."""
+    for name, ticks in (("x", x), ("y", y)):
+        if ticks:
+            axes.set(**{f"{name}scale": "log"})
+            plain_ticks(getattr(axes, f"{name}axis"), ticks)
+
+
+def named_lines(axes: Axes, names: Sequence[str], **how: Any) -> None:
+    """Name the lines of a figure, 0 at the top, on the vertical axis."""
+    axes.set_yticks(range(len(names)), names, **how)
+    axes.invert_yaxis()
+
+
+def stacked_bars(axes: Axes, places: Any, parts: Mapping[str, tuple[Sequence[float], str]], width: Any = 0.8) -> Array:
+    """Stack parts of bars at places, each with its heights and colour, labelled by its name; returns the tops."""
+    tops = np.zeros(len(places))
+    for name, (heights, colour) in parts.items():
+        axes.bar(places, heights, width, tops, color=colour, label=name)
+        tops = tops + heights
+    return tops
+
+
+def share_map(
+    axes: Axes,
+    rows: Rows,
+    columns: tuple[str, str, str],
+    levels: Sequence[float],
+    colours: Sequence[str],
+    edges: str = PALE,
+) -> None:
+    """Draw a cell for each pair of values of two columns, coloured by the level of the third; None counts as 0."""
+    x, y, share = columns
+    across, along = (sorted({row[name] for row in rows}) for name in (x, y))
+    shares = np.full((len(along), len(across)), np.nan)
+    for row in rows:
+        shares[along.index(row[y]), across.index(row[x])] = row[share] or 0.0
+    shown = ListedColormap(list(colours))
+    axes.pcolormesh(shares, cmap=shown, norm=BoundaryNorm(levels, shown.N), edgecolors=edges, linewidth=0.4)
+    axes.set_xticks(np.arange(len(across)) + 0.5, [f"{value:g}" for value in across])
+    axes.set_yticks(np.arange(len(along)) + 0.5, [f"{value:g}" for value in along])
+    axes.grid(visible=False)
+
+
+def keys_below(axes: Axes, columns: int, y: float = -0.2, **how: Any) -> None:
+    """Draw the legend below the axes, if there is anything to explain."""
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="upper left", bbox_to_anchor=(-0.1, y), ncols=columns, columnspacing=1.0, **how)

@@ -9,8 +9,8 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from studies.drawing import WIDEST_IN, figure_file
-from teletaction.plotting.figure_style import BLUE, GREY, absent, plain_ticks
+from studies.drawing import WIDEST_IN, figure_file, log_axes
+from teletaction.plotting.figure_style import BLUE, GREY, absent
 
 _COLUMNS = 3
 _MARKS = "osD^vPX<>*"
@@ -111,6 +111,5 @@ def _scale(axes: Axes, axis: str, values: Sequence[float], powers: bool) -> None
     low, high = 0.6 * min(values), 1.8 * max(values)
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     ticks = [lead * 10.0**power for power in decades for lead in (1.0, 3.0)]
-    axes.set(**{f"{axis}scale": "log"})
-    plain_ticks(axes.xaxis if axis == "x" else axes.yaxis, [tick for tick in ticks if low <= tick <= high])
+    log_axes(axes, **{axis: [tick for tick in ticks if low <= tick <= high]})
     axes.set(**{f"{axis}lim": (low, high)})

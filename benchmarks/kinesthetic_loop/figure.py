@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, Rows, figure_file
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, plain_ticks
+from studies.drawing import Data, Rows, figure_file, log_axes, stacked_bars
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 
 _COLOURS = {"bare loop": BLACK, "virtual": BLUE, "socketcand": RED}
 _PARTS = {"contacts": GREEN, "limits": ORANGE, "decode": BLUE, "encode": PURPLE, "bus": GREY}
@@ -36,28 +36,25 @@ def _style(row: Mapping[str, Any]) -> dict[str, Any]:
 def _draw_late(axes: Axes, rows: Rows) -> None:
     for row in rows:
         axes.plot(row["late_us"], _SHARES, **_style(row))
-    axes.set(xscale="log", xlabel="tick is late by, µs", ylabel="share of ticks", title="Lateness")
-    plain_ticks(axes.xaxis, (1, 10, 100, 1000, 10_000))
+    log_axes(axes, (1, 10, 100, 1000, 10_000))
+    axes.set(xlabel="tick is late by, µs", ylabel="share of ticks", title="Lateness")
     axes.legend()
 
 
 def _draw_step(axes: Axes, loops: Rows, budget: float) -> None:
     rows, bare = [row for row in loops if "bus_us" in row], [row for row in loops if "bus_us" not in row]
     names = [f"{row['bus']}\n{row['rate_hz']:g}" for row in rows]
-    bottom = np.zeros(len(rows))
-    for part, colour in _PARTS.items():
-        costs = np.array([row[f"{part}_us"] for row in rows])
-        axes.bar(names, costs, bottom=bottom, color=colour, label=part)
-        bottom += costs
+    parts = {part: ([row[f"{part}_us"] for row in rows], colour) for part, colour in _PARTS.items()}
+    tops = stacked_bars(axes, names, parts)
     axes.axhline(budget * 1e3, color=RED, linestyle="--", label=f"{budget:.0%} of 1 ms")
     axes.axhline(bare[0]["step_us"], color=BLACK, linestyle=":", label="bare springs")
-    axes.set(ylabel="median cost, µs", title="One tick of five fingers", ylim=(0.0, 1.7 * float(bottom.max())))
+    axes.set(ylabel="median cost, µs", title="One tick of five fingers", ylim=(0.0, 1.7 * float(tops.max())))
     axes.legend(ncols=2)
 
 
 def _draw_answers(axes: Axes, rows: Rows) -> None:
     for row in rows:
         axes.plot(row["took_ms"], _SHARES, **_style(row))
-    axes.set(xlabel="ms", ylabel="share of answers", title="From height measured to force there", xscale="log")
-    plain_ticks(axes.xaxis, (0.1, 0.3, 1, 3, 10, 30))
+    log_axes(axes, (0.1, 0.3, 1, 3, 10, 30))
+    axes.set(xlabel="ms", ylabel="share of answers", title="From height measured to force there")
     axes.legend()

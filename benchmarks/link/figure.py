@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
 from benchmarks.link.age import AGES_S, EVERY_TICK, ONE_CONNECTION, SHIPPED
@@ -15,7 +14,7 @@ from benchmarks.link.load import CURVE as CURVE_LOAD
 from benchmarks.link.load import LINK as LINK_LOAD
 from benchmarks.link.load import LOOP
 from common.limits import GAP_S
-from studies.drawing import Data, Rows, curve, figure_file, where
+from studies.drawing import Data, Rows, curve, figure_file, keys_below, log_axes, share_map, where
 from teletaction.plotting.figure_style import (
     BLACK,
     BLUE,
@@ -27,7 +26,6 @@ from teletaction.plotting.figure_style import (
     RED,
     SKY,
     absent,
-    plain_ticks,
 )
 
 _WAY_STYLE = {
@@ -68,15 +66,10 @@ def _draw_latency(axes: Axes, latency: Mapping[str, Any]) -> None:
         colour, dash = _WAY_STYLE[row["way"]]
         label = f"{row['way']}: {row['median_us']:.0f} µs"
         axes.plot(latency["one_way_us"][row["way"]], latency["quantiles"], color=colour, linestyle=dash, label=label)
-    axes.set_xscale("log")
-    plain_ticks(axes.xaxis, (10, 20, 50, 100, 200, 500, 1000, 3000))
+    log_axes(axes, (10, 20, 50, 100, 200, 500, 1000, 3000))
     axes.set(xlim=(8.0, 3000.0), ylim=(0.0, 1.0), xlabel="one way (µs)", ylabel="share of messages")
     axes.set_title(f"{latency['message_bytes']} bytes at {latency['rate_hz']:.0f} Hz, with medians", loc="left")
-    _keys_below(axes, columns=1)
-
-
-def _keys_below(axes: Axes, columns: int = 2) -> None:
-    axes.legend(loc="upper left", bbox_to_anchor=(-0.1, -0.2), fontsize=8.5, ncols=columns, columnspacing=1.0)
+    keys_below(axes, 1, fontsize=8.5)
 
 
 def _draw_load(axes: Axes, cpu: Mapping[str, Any]) -> None:
@@ -99,13 +92,11 @@ def _draw_load(axes: Axes, cpu: Mapping[str, Any]) -> None:
 
 def _draw_scaling(axes: Axes, scaling: Rows, varied: str, name: str, label: str) -> None:
     rows = where(scaling, varied=varied)
-    values = [row[name] for row in rows]
-    axes.plot(
-        values, [_PERCENT * row["all_cpu"] for row in rows], "o-", color=BLACK, markersize=3.5, label="everything"
-    )
-    axes.plot(
-        values, [_PERCENT * row["remote_cpu"] for row in rows], "s--", color=BLUE, markersize=3.5, label="remote end"
-    )
+    for column, words, how in (
+        ("all_cpu", "everything", {"marker": "o", "color": BLACK}),
+        ("remote_cpu", "remote end", {"marker": "s", "linestyle": "--", "color": BLUE}),
+    ):
+        curve(axes, rows, name, column, (1.0, _PERCENT), markersize=3.5, label=words, **how)
     axes.set(xlabel=label, ylim=(0.0, 1.1 * max((_PERCENT * row["all_cpu"] for row in scaling), default=1.0)))
     axes.set(xlim=(0.0, None))
 
@@ -123,7 +114,9 @@ def _draw_failures(figure: Any, age: Rows) -> None:
     places = figure.subplots(1, 4, sharey=True)
     columns = [(none, SHIPPED), (more, SHIPPED), (none, ONE_CONNECTION), (none, EVERY_TICK)]
     for axes, (jitter, sent) in zip(places, columns, strict=True):
-        _draw_map(axes, where(age, max_age_ms=limit_ms, jitter_ms=jitter, sent=sent))
+        rows = where(age, max_age_ms=limit_ms, jitter_ms=jitter, sent=sent)
+        share_map(axes, rows, ("delay_ms", "loss_percent", "safe_state_share"), _SHARES, _SHARE_COLOURS, "#D0D0D0")
+        axes.tick_params(axis="x", labelrotation=90)
         axes.set_title(f"{sent},\njitter ±{jitter} ms", loc="left")
         axes.set_xlabel("one-way delay (ms)")
     places[0].set_ylabel("loss of TCP segments (%)")
@@ -132,19 +125,6 @@ def _draw_failures(figure: Any, age: Rows) -> None:
         for colour, name in zip(_SHARE_COLOURS, _SHARE_NAMES, strict=True)
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys))
-
-
-def _draw_map(axes: Axes, rows: Rows) -> None:
-    delays = sorted({row["delay_ms"] for row in rows})
-    losses = sorted({row["loss_percent"] for row in rows})
-    share = np.full((len(losses), len(delays)), np.nan)
-    for row in rows:
-        share[losses.index(row["loss_percent"]), delays.index(row["delay_ms"])] = row["safe_state_share"]
-    colours = ListedColormap(_SHARE_COLOURS)
-    axes.pcolormesh(share, cmap=colours, norm=BoundaryNorm(_SHARES, colours.N), edgecolors="#D0D0D0", linewidth=0.4)
-    axes.set_xticks(np.arange(len(delays)) + 0.5, [f"{delay:g}" for delay in delays], rotation=90)
-    axes.set_yticks(np.arange(len(losses)) + 0.5, [f"{loss:g}" for loss in losses])
-    axes.grid(visible=False)
 
 
 def _draw_age(axes: Axes, age: Rows) -> None:
@@ -171,9 +151,8 @@ def _draw_age(axes: Axes, age: Rows) -> None:
         curve(axes, rows, "delay_ms", "age_p99_ms", color=colour, marker=marker, ms=4, linestyle="-.", label=label)
     axes.set(xlabel="one-way delay (ms)", ylabel="99 % of age (ms)")
     axes.set_title("age at every tick; beyond the limit nothing is accepted", loc="left")
-    axes.set_yscale("log")
-    plain_ticks(axes.yaxis, (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000))
-    _keys_below(axes)
+    log_axes(axes, y=(1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000))
+    keys_below(axes, 2, fontsize=8.5)
 
 
 def _draw_safe_states(axes: Axes, safe: Mapping[str, Any]) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, figure_file
+from studies.drawing import Data, curve, figure_file, stacked_bars
 from teletaction.plotting.figure_style import BLUE, GREEN, ORANGE, RED
 
 _PROCESSES = {"remote": BLUE, "operator": ORANGE, "sim-remote": GREEN, "sim-operator": RED}
@@ -23,12 +23,8 @@ def _delay(axes: Axes, data: Data) -> None:
         ("contact_to_motor_p99_ms", ORANGE, "99 % below"),
         ("contact_to_motor_p50_ms", BLUE, "median"),
     ):
-        sessions = data["sessions"]
-        axes.plot(
-            [row["cores"] for row in sessions], [row[field] for row in sessions], "o", color=colour, alpha=0.35, ms=4
-        )
-        rows = data["rates"]
-        axes.plot([row["cores"] for row in rows], [row[field] for row in rows], "o-", color=colour, label=label)
+        curve(axes, data["sessions"], "cores", field, marker="o", linestyle="none", color=colour, alpha=0.35, ms=4)
+        curve(axes, data["rates"], "cores", field, marker="o", color=colour, label=label)
     for row in data["rates"]:
         axes.annotate(
             row["rates"].replace(",", " / "),
@@ -46,16 +42,13 @@ def _delay(axes: Axes, data: Data) -> None:
 
 def _cost(axes: Axes, data: Data) -> None:
     rows = data["rates"]
-    below = [0.0] * len(rows)
     names = [row["rates"].replace(",", " /\n") for row in rows]
-    for process, colour in _PROCESSES.items():
-        steps = [row[f"{process}_steps_s"] * 1e-3 for row in rows]
-        axes.bar(names, steps, bottom=below, color=colour, label=process)
-        below = [low + high for low, high in zip(below, steps, strict=True)]
-    for place, (row, top) in enumerate(zip(rows, below, strict=True)):
+    parts = {name: ([1e-3 * row[f"{name}_steps_s"] for row in rows], colour) for name, colour in _PROCESSES.items()}
+    tops = stacked_bars(axes, names, parts)
+    for place, (row, top) in enumerate(zip(rows, tops, strict=True)):
         words = f"{row['on_time']:.2%} on time\n{row['grooves_wrong']} of {row['grooves']}"
         axes.annotate(words, (place, top), (0, 3), textcoords="offset points", ha="center", fontsize=8)
-    axes.set_ylim(top=1.25 * max(below))
+    axes.set_ylim(top=1.25 * max(tops))
     axes.set(xlabel="ticks/s, remote / operator site", ylabel="reference steps a second (1000)")
     axes.set_title("Cost; above: ticks of the least timely process, grooves wrong", loc="left")
     axes.legend(loc="upper left", ncols=2)

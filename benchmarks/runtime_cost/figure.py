@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from benchmarks.runtime_cost.accuracy import END_S, LATE, PRODUCT
 from benchmarks.runtime_cost.measure import DOING, TICK
-from studies.drawing import Data, Rows, figure_file, where
+from studies.drawing import Data, Rows, figure_file, stacked_bars, where
 from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, plain_ticks
 
 SITES = ("remote", "operator")
@@ -35,13 +35,13 @@ def plot(data: Data, path: Path) -> None:
 def _stages(axes: Axes, rows: Rows) -> None:
     cost = {(row["doing"], row["stage"]): row["reference_steps"] for row in rows}
     stages = sorted({stage for _, stage in cost} - {TICK}, key=lambda stage: -cost.get(("stroking", stage), 0.0))
-    bottom = [0.0] * len(DOING)
-    for stage, colour in zip(stages, _COLOURS, strict=False):
-        heights = [cost.get((doing, stage), 0.0) for doing in DOING]
-        axes.bar(DOING, heights, 0.6, bottom, color=colour, label=stage)
-        bottom = [below + height for below, height in zip(bottom, heights, strict=True)]
-    rest = [max(0.0, cost.get((doing, TICK), 0.0) - below) for doing, below in zip(DOING, bottom, strict=True)]
-    axes.bar(DOING, rest, 0.6, bottom, color=GREY, label="between stages")
+    parts = {
+        stage: ([cost.get((doing, stage), 0.0) for doing in DOING], colour)
+        for stage, colour in zip(stages, _COLOURS, strict=False)
+    }
+    tops = stacked_bars(axes, DOING, parts, 0.6)
+    rest = [max(0.0, cost.get((doing, TICK), 0.0) - top) for doing, top in zip(DOING, tops, strict=True)]
+    axes.bar(DOING, rest, 0.6, tops, color=GREY, label="between stages")
     axes.set_ylabel("cost of a tick, mean (reference steps)")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8)
 

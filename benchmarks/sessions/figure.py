@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 
 from common.limits import GAP_S
 from common.runtime.rate_monitor import HELD
-from studies.drawing import Data, Rows, figure_file, where
+from studies.counting import grouped
+from studies.drawing import Data, Rows, curve, figure_file, where
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, plain_ticks
 from teletaction.session.demo_files import PROCESSES
 
@@ -35,9 +36,9 @@ def _rates(axes: Axes, loops: Rows) -> None:
     axes.axhspan(0.0, 100.0 * HELD, label="rate not held", **_FAILS)
     for process, mark in _MARKS.items():
         mine = where(loops, process=process)
-        colour = _COLOURS[process]
-        axes.plot(_places(mine), [100.0 * row["made"] for row in mine], mark, color=colour, alpha=0.35, markersize=4)
-        _through(axes, mine, "made", 100.0, color=colour, marker=mark, label=process)
+        how: dict[str, Any] = {"color": _COLOURS[process], "marker": mark}
+        curve(axes, mine, "sessions", "made", (1.0, 100.0), linestyle="none", alpha=0.35, markersize=4, **how)
+        _through(axes, mine, "made", 100.0, label=process, **how)
     axes.set(xscale="log", ylim=(0.0, 103.0), ylabel="ticks made, of those wanted (%)")
     axes.set_title("Rate of each loop; lines: middle session", loc="left")
     axes.legend(loc="upper right")
@@ -85,7 +86,7 @@ def _packets(axes: Axes, streams: Rows) -> None:
     for stream, colour in (("touch", BLUE), ("motion", ORANGE)):
         mine = where(streams, stream=stream)
         how: dict[str, Any] = {"color": colour}
-        axes.plot(_places(mine), [row["longest_gap_ms"] for row in mine], "x", alpha=0.5, **how)
+        curve(axes, mine, "sessions", "longest_gap_ms", marker="x", linestyle="none", alpha=0.5, **how)
         _through(axes, mine, "longest_gap_ms", 1.0, marker="x", linestyle=":", label=f"{stream}, longest gap", **how)
         _through(axes, mine, "age_p99_ms", 1.0, marker="s", label=f"{stream}, age, 99 % below", **how)
         _through(axes, mine, "age_p50_ms", 1.0, marker="o", linestyle="--", label=f"{stream}, age, median", **how)
@@ -95,14 +96,8 @@ def _packets(axes: Axes, streams: Rows) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def _places(rows: Rows) -> list[int]:
-    return [row["sessions"] for row in rows]
-
-
 def _through(axes: Axes, rows: Rows, value: str, scale: float, **how: Any) -> None:
     """Draw a line through the median of all sessions at each number of sessions."""
-    found: dict[int, list[float]] = {}
-    for row in rows:
-        if row[value] is not None:
-            found.setdefault(row["sessions"], []).append(scale * row[value])
-    axes.plot(list(found), [median(each) for each in found.values()], **how)
+    found = grouped((row for row in rows if row[value] is not None), "sessions")
+    middle = {count: median(scale * row[value] for row in each) for (count,), each in found.items()}
+    axes.plot(list(middle), list(middle.values()), **how)

@@ -5,8 +5,8 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from common.link.deadband import FORCE_WEBER, HEIGHT_M
-from studies.drawing import WIDEST_IN, Data, curve, draw_panels, where
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, absent, plain_ticks
+from studies.drawing import WIDEST_IN, Data, curve, draw_panels, log_axes, where
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, absent
 
 _RECKONINGS = {"hold": (RED, "o"), "linear": (BLUE, "s")}
 _SHARES = (5, 10, 20, 50, 100)
@@ -45,9 +45,7 @@ def _draw_sweep(axes: Axes, data: Data, motion: str) -> None:
     axes.axhspan(1.0, 15.0, color=PALE, zorder=0)
     axes.axvline(1e3 * HEIGHT_M, color=GREEN, linestyle=":", label="step of a height: 7 % of 1.4 N")
     axes.axvline(data["limit_mm"], color=BLACK, linestyle=":", label=f"limit: {data['limit_mm']:g} mm, 1 degree")
-    axes.set(xscale="log", yscale="log")
-    plain_ticks(axes.xaxis, (0.02, 0.05, 0.1, 0.2, 0.5, 1))
-    plain_ticks(axes.yaxis, _SHARES)
+    log_axes(axes, (0.02, 0.05, 0.1, 0.2, 0.5, 1), _SHARES)
     axes.set(ylim=(5.0, _HEADROOM), xlabel="largest error (mm)", ylabel="packets sent (% of the ticks); grey: goal")
     axes.legend(loc="upper right")
 
@@ -63,8 +61,7 @@ def _draw_touch(axes: Axes, data: Data) -> None:
     label = f"whole packets, 500 Hz ({seconds:.0f} s of work)"
     axes.plot([100.0 * FORCE_WEBER], [100.0 * whole["sent_share"]], color=BLUE, marker="D", linestyle="", label=label)
     axes.axvline(100.0 * FORCE_WEBER, color=BLACK, linestyle=":", label="7 %: JND of force")
-    axes.set_yscale("log")
-    plain_ticks(axes.yaxis, _SHARES)
+    log_axes(axes, y=_SHARES)
     axes.set(ylim=(5.0, _HEADROOM), xlabel="step, share of the force (%)", ylabel="packets sent (% of the ticks)")
     axes.legend()
 
@@ -116,7 +113,6 @@ def _draw_gaps(axes: Axes, data: Data) -> None:
         curve(axes, mine, "refresh_ms", "drawn_in_an_hour", color=colour, marker="o", ms=4, linestyle="")
     axes.axhline(1.0, color=BLACK, linestyle=":", label="once in an hour")
     axes.axvline(data["refresh_ms"], color=GREY, linestyle=":", label="the refresh")
-    axes.set_yscale("log")
-    plain_ticks(axes.yaxis, (0.001, 0.01, 0.1, 1, 10, 100, 1000))
+    log_axes(axes, y=(0.001, 0.01, 0.1, 1, 10, 100, 1000))
     axes.set(ylim=(1e-4, 1e4), xlabel="refresh (ms); dots: drawn", ylabel="times in an hour")
     axes.legend()

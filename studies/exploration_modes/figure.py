@@ -4,7 +4,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from studies.drawing import WIDEST_IN, Data, curve, draw_panels, where
+from studies.drawing import WIDEST_IN, Data, curve, draw_panels, log_axes, named_lines, where
 from studies.exploration_modes.judge import JUDGED, MACHINE, PLAIN
 from teletaction.plotting.figure_style import BLUE, GREY, PALE, RED, plain_ticks
 
@@ -34,8 +34,7 @@ def draw_time_right(axes: Axes, data: Data) -> None:
             )
     axes.axhline(98.0, color=GREY, linestyle=":")
     axes.axvspan(0.75, JUDGED, color=PALE, zorder=0)
-    axes.set_xscale("log")
-    plain_ticks(axes.xaxis, sorted({row["noise"] for row in data["levels"]}))
+    log_axes(axes, sorted({row["noise"] for row in data["levels"]}))
     axes.set(xlim=(0.75, 13.0), ylim=(None, 101.5), xlabel="noise / nominal", ylabel="time in the right mode (%)")
     axes.set_title("Modes; numbers: % of switches that were wrong", loc="left")
     axes.legend(loc="lower left")
@@ -52,8 +51,7 @@ def draw_latencies(axes: Axes, data: Data) -> None:
     axes.axvline(5.0, color=GREY, linestyle=":")
     axes.set_xscale("symlog", linthresh=10.0)
     plain_ticks(axes.xaxis, (-100, -10, -5, 0, 5, 10, 100, 400))
-    axes.set_yticks(range(len(_SWITCHES)), _SWITCHES)
-    axes.invert_yaxis()
+    named_lines(axes, _SWITCHES)
     axes.set_xlabel("reported after it was true (ms)")
     axes.set_title("Latency; dots: median, lines: 5 to 95 %", loc="left")
     axes.legend(loc="lower right")
@@ -67,8 +65,7 @@ def draw_tap_speeds(axes: Axes, data: Data) -> None:
             speeds_mm_s = [1e3 * (row["from_m_s"] * row["to_m_s"]) ** 0.5 for row in rows]
             errors, label = [100 * row["p95"] for row in rows], f"{method}, noise x {noise:g}"
             axes.plot(speeds_mm_s, errors, color=colour, linestyle=line, marker="o", label=label)
-    axes.set_xscale("log")
-    plain_ticks(axes.xaxis, (20, 50, 100, 200))
+    log_axes(axes, (20, 50, 100, 200))
     axes.set(ylim=(0.0, None), xlabel="approach speed (mm/s)", ylabel="error, 95 % of the taps (%)")
     axes.set_title("Taps: speed before the impact", loc="left")
     axes.legend()

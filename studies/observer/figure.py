@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from studies.drawing import WIDEST_IN, Data, Rows, curve, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, curve, figure_file, named_lines, where
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY
 
 _OBJECTS = {"aluminium": BLUE, "ceramic": GREEN, "pvc": ORANGE, "wood": RED}
@@ -65,11 +65,7 @@ def _draw_answers(axes: Axes, rows: Rows) -> None:
         for place, pair in enumerate(pairs):
             (row,) = (row for row in colder if row["side"] == side and row["pair"] == pair)
             if row["paper_count"] is not None:
-                low, high = row["interval_low_percent"], row["interval_high_percent"]
-                axes.bar(place + shift, high - low, 0.85 * width, bottom=low, color=PALE, zorder=1)
-                axes.hlines(
-                    row["paper_percent"], place + shift - 0.42 * width, place + shift + 0.42 * width, color=GREY, lw=2
-                )
+                _draw_paper(axes, place + shift, row, 0.85 * width, 0.84 * width)
             label = side if place == 0 else None
             axes.plot(place + shift, row["predicted_percent"], mark, color=colour, ms=7, zorder=3, label=label)
     axes.set_xticks(range(len(pairs)), pairs)
@@ -77,6 +73,13 @@ def _draw_answers(axes: Axes, rows: Rows) -> None:
     axes.set(ylim=(0.0, 104.0), ylabel="first object is felt colder (% of answers)")
     axes.set_title(f"Table 2 after {_USUAL_S:g} s; grey: the paper's share and its 95 % interval", loc="left")
     axes.legend(loc="lower left")
+
+
+def _draw_paper(axes: Axes, place: float, row: Mapping[str, Any], width: float, line: float) -> None:
+    """Draw the paper's share as a line on its interval."""
+    low, high = row["interval_low_percent"], row["interval_high_percent"]
+    axes.bar(place, high - low, width, bottom=low, color=PALE, zorder=1)
+    axes.hlines(row["paper_percent"], place - 0.5 * line, place + 0.5 * line, color=GREY, lw=2)
 
 
 def _draw_ablations(axes: Axes, rows: Rows) -> None:
@@ -90,8 +93,7 @@ def _draw_ablations(axes: Axes, rows: Rows) -> None:
                     face = colour if real else "none"
                     axes.plot(row["colder_percent"], at, mark, color=colour, mfc=face, ms=6, mew=1.4)
     names = [f"{varied} {value}".strip() for varied, value in cases]
-    axes.set_yticks(range(len(cases)), names)
-    axes.invert_yaxis()
+    named_lines(axes, names)
     axes.set(xlim=(0.0, 100.0), xlabel="first object is felt colder (% of answers)")
     axes.set_title("What it depends on, after 3 s; filled: real, open: ideal plate", loc="left")
     keys = [
@@ -105,9 +107,7 @@ def _draw_matching(axes: Axes, rows: Rows) -> None:
     surfaces = list(dict.fromkeys(row["surface"] for row in rows))
     for place, surface in enumerate(surfaces):
         row = next(row for row in rows if row["surface"] == surface)
-        low, high = row["interval_low_percent"], row["interval_high_percent"]
-        axes.bar(place, high - low, 0.8, bottom=low, color=PALE, zorder=1)
-        axes.hlines(row["paper_percent"], place - 0.4, place + 0.4, color=GREY, lw=2)
+        _draw_paper(axes, place, row, 0.8, 0.8)
     for number, (side, features, label, colour, mark) in enumerate(_MATCHED):
         shift = (number - 0.5 * (len(_MATCHED) - 1)) * 0.12
         mine = {row["surface"]: row for row in rows if row["side"] == side and row["features"] == features}

@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 
 from common.limits import MOTOR_FLOOR_RPM
 from common.wire.messages import ExplorationMode
-from studies.drawing import Data, Rows, curve, figure_file, where
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, MODE_COLOURS, ORANGE, PLUM, RED, plain_ticks
+from studies.drawing import Data, Rows, curve, figure_file, log_axes, where
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, MODE_COLOURS, ORANGE, PLUM, RED
 
 _OPAQUE: dict[str, Any] = {"frameon": True, "framealpha": 1.0, "edgecolor": "white"}
 _LAYERS = {"epidermis": RED, "dermis": ORANGE, "subcutis": BLUE}
@@ -99,8 +99,8 @@ def _draw_rate(axes: Axes, data: Data) -> None:
             color=GREEN,
         )
     _mark(axes, data)
-    axes.set(yscale="log", ylim=(0.1, 4.0))
-    plain_ticks(axes.yaxis, (0.1, 0.2, 0.5, 1, 2, 4))
+    log_axes(axes, y=(0.1, 0.2, 0.5, 1, 2, 4))
+    axes.set(ylim=(0.1, 4.0))
     axes.set_title("Quantities that identify the material", loc="left")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.08), **_OPAQUE)
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from scipy.stats import binomtest
 
 from studies.counting import grouped
-from studies.drawing import WIDEST_IN, Data, draw_panels, where
+from studies.drawing import WIDEST_IN, Data, draw_panels, named_lines, where
 from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, label_once
 
 _SIGNALS = {"best": (BLUE, "o", "taxel that shows it best"), "mean": (ORANGE, "s", "mean of the taxels")}
@@ -85,8 +85,7 @@ def draw_coverage(axes: Axes, data: Data) -> None:
         axes.plot(100.0 * row["inside_95"] / row["answers"], place, "o", color=colour, ms=4)
     axes.axvspan(90.0, 100.0, color=GREY, alpha=0.12, linewidth=0)
     axes.axvline(95.0, color=GREY, linewidth=0.8)
-    axes.set_yticks(range(len(rows)), [f"{name} ({row['answers']})" for name, row, _ in rows])
-    axes.invert_yaxis()
+    named_lines(axes, [f"{name} ({row['answers']})" for name, row, _ in rows])
     axes.set(xlim=(50.0, 101.0), xlabel="inside the 95 % interval (%)", title="Stated deviation of the period")
 
 
@@ -99,7 +98,6 @@ def draw_fabrics(axes: Axes, data: Data) -> None:
             shares = [100.0 * row["share"] for row in where(rows, method=method, split=split)]
             at = [place + shift] * len(shares)
             axes.plot(shares, at, color=colour, marker=marker, markersize=4, linewidth=0.8, label=split)
-    axes.set_yticks(range(len(methods)), methods)
-    axes.invert_yaxis()
+    named_lines(axes, methods)
     axes.set(xlim=(0.0, 102.0), xlabel="right (%)", title="Fabrics: a point for each judged group")
     label_once(axes, loc="upper center", bbox_to_anchor=(0.4, -0.13), ncols=2)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from studies.drawing import WIDEST_IN, Data, curve, draw_panels, where
-from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, RED, plain_ticks
+from studies.drawing import WIDEST_IN, Data, curve, draw_panels, log_axes, where
+from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, RED
 
 _COLOURS = {"12 bits": BLUE, "CAN frames": ORANGE}
 _AGAIN = (BLUE, ORANGE, GREEN, RED)
@@ -29,10 +29,7 @@ def draw_errors(axes: Axes, data: Data) -> None:
     for percent, name, line in ((15.0, "wanted", ":"), (100 * _JND, "JND", "--")):
         axes.axhline(percent, color=GREY, linestyle=line)
         axes.text(100.0, 1.04 * percent, name, color=GREY, fontsize=8)
-    axes.set_xscale("log")
-    plain_ticks(axes.xaxis, sorted({row["stiffness_n_m"] for row in data["presses"]}))
-    axes.set_yscale("log")
-    plain_ticks(axes.yaxis, (0.1, 0.3, 1, 3, 10, 30))
+    log_axes(axes, sorted({row["stiffness_n_m"] for row in data["presses"]}), (0.1, 0.3, 1, 3, 10, 30))
     axes.set(ylim=(0.05, 35.0), xlabel="stiffness (N/m)", ylabel="error after one press (%)")
     axes.set_title("One press of 2 to 5 N; a mark for each 1 N of force", loc="left")
     axes.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, -0.02))
@@ -44,9 +41,7 @@ def draw_jitter(axes: Axes, data: Data) -> None:
     for name, label, colour in (("raw_mm", "z + F/k", RED), ("told_mm", "identified", BLUE)):
         curve(axes, data["jitter"], "stiffness_n_m", name, color=colour, marker="o", label=label)
     axes.axhline(0.05, color=GREY, linestyle=":")
-    axes.set(xscale="log", yscale="log")
-    plain_ticks(axes.xaxis, wall_n_m)
-    plain_ticks(axes.yaxis, (0.001, 0.003, 0.01, 0.03, 0.1, 0.3))
+    log_axes(axes, wall_n_m, (0.001, 0.003, 0.01, 0.03, 0.1, 0.3))
     axes.set(xlabel="stiffness of the wall (N/m)", ylabel="standard deviation (mm)")
     axes.set_title("Surface under a finger at rest", loc="left")
     axes.legend()

@@ -10,7 +10,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from studies.drawing import WIDEST_IN, Data, Rows, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, figure_file, log_axes, where
 from studies.teleoperation_stability.cases import DEVICE_NS_M
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, plain_ticks
 
@@ -75,8 +75,7 @@ def _draw_region(axes: Axes, name: str, rows: Rows, borders: Rows, cap_n_m: floa
     elif name == "local model":
         axes.axhline(cap_n_m, color=BLACK, linestyle="--")
     axes.set_xticks(range(len(trips)), [f"{trip:g}" for trip in trips])
-    axes.set_yscale("log")
-    plain_ticks(axes.yaxis, walls)
+    log_axes(axes, y=walls)
     axes.grid(False)
     axes.set(xlabel="round trip (ms)", ylabel="wall (N/m)")
     axes.set_title(name, loc="left")
@@ -117,8 +116,7 @@ def _draw_energy(axes: Axes, rows: Rows) -> None:
         most = np.sort([max(1e-3, row["produced_mj"]) for row in rows if row["architecture"] == name])
         axes.plot(most, np.arange(1, len(most) + 1) / len(most), color=colour, drawstyle="steps-post", label=name)
     axes.axvline(1.0, color=BLACK, linestyle=":")
-    axes.set_xscale("log")
-    plain_ticks(axes.xaxis, (0.01, 0.1, 1, 10, 100, 1000))
+    log_axes(axes, (0.01, 0.1, 1, 10, 100, 1000))
     axes.set(ylim=(0.0, 1.02), xlabel="energy produced at the operator (mJ)", ylabel="share of all runs")
     axes.set_title("All runs; dotted: 1 mJ", loc="left")
 

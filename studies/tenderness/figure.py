@@ -4,7 +4,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, draw_panels, where
+from studies.drawing import Data, draw_panels, named_lines, where
 from teletaction.plotting.figure_style import BLUE, GREY
 
 
@@ -22,8 +22,7 @@ def draw_errors(axes: Axes, data: Data) -> None:
         axes.plot(known, [line] * len(known), "|", color=BLUE, markersize=8)
         axes.text(1.01, line, f"{100 * row['within_goal']:.0f} %", transform=axes.get_yaxis_transform(), va="center")
     axes.axvline(data["goal"]["place_mm"], color=GREY)
-    axes.set_yticks(range(len(names)), names)
-    axes.invert_yaxis()
+    named_lines(axes, names)
     axes.set(xlabel="distance of the found centre (mm); right: share within the goal")
 
 
@@ -32,8 +31,7 @@ def draw_exceeded(axes: Axes, data: Data) -> None:
     rows = data["conditions"]
     axes.barh(range(len(rows)), [100.0 * row["exceeded"] for row in rows], color=BLUE)
     axes.axvline(100.0 * data["goal"]["exceeded"], color=GREY)
-    axes.set_yticks(range(len(rows)), [row["condition"] for row in rows])
-    axes.invert_yaxis()
+    named_lines(axes, [row["condition"] for row in rows])
     axes.set(xlabel="presses above the threshold after the first report (%)")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from studies.drawing import WIDEST_IN, Data, Rows, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, figure_file, log_axes, where
 from teletaction.plotting.figure_style import (
     BLACK,
     BLUE,
@@ -69,8 +69,8 @@ def _draw_roughness(axes: Axes, rows: Rows, which: str, title: str) -> None:
             linewidths=0.0,
             label=shown_name(surface),
         )
-    axes.set(xlabel="speed (mm/s); larger dots: more force", ylabel="mV", yscale="log")
-    plain_ticks(axes.yaxis, _MILLIVOLTS)
+    log_axes(axes, y=_MILLIVOLTS)
+    axes.set(xlabel="speed (mm/s); larger dots: more force", ylabel="mV")
     axes.set_title(title, loc="left")
     if which == "after_v":
         axes.legend(fontsize=7)
@@ -84,8 +84,7 @@ def _draw_grooves(axes: Axes, rows: Rows, what: str, unit: float, label: str) ->
             share = [100.0 * row[part] / max(row["crossed"], 1) for row in mine]
             axes.plot(values, share, line, color=_COLOURS[number], marker=_MARKS[number], label=f"{part}, {method}")
     if what != "speed_mm_s":
-        axes.set_xscale("log")
-        plain_ticks(axes.xaxis, sorted({unit * row["value"] for row in rows if row["against"] == what}))
+        log_axes(axes, sorted({unit * row["value"] for row in rows if row["against"] == what}))
     axes.set_yscale("symlog", linthresh=1.0)
     plain_ticks(axes.yaxis, (0, 1, 10, 100))
     axes.set(ylim=(-0.05, 150.0), xlabel=label, ylabel="of the grooves crossed (%)")
@@ -101,8 +100,8 @@ def _draw_course(axes: Axes, course: Mapping[str, Any]) -> None:
     shipped = np.array([np.nan if value is None else value for value in course["shipped_v"]])
     axes.plot(after_s, 1e3 * shipped, color=BLUE, label="shipped: roughness")
     axes.axvline(0.0, color=GREY, linestyle=":", linewidth=0.8)
-    axes.set(xlabel="since the border was crossed (s)", ylabel="mV", yscale="log")
-    plain_ticks(axes.yaxis, _MILLIVOLTS)
+    log_axes(axes, y=_MILLIVOLTS)
+    axes.set(xlabel="since the border was crossed (s)", ylabel="mV")
     axes.set_title(f"{shown_name(course['before'])} to {shown_name(course['after'])}", loc="left")
     axes.legend(fontsize=8)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from studies.drawing import WIDEST_IN, Data, curve, draw_panels, where
+from studies.drawing import WIDEST_IN, Data, curve, draw_panels, log_axes, where
 from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, PALE, RED, plain_ticks
 
 _SECONDS = (0.15, 0.25, 0.5, 1.0, 2.0, 4.0)
@@ -45,8 +45,8 @@ def draw_names(axes: Axes, data: Data) -> None:
         mine = where(rows, method=method)
         curve(axes, mine, "seconds", "top_1", (1.0, 100.0), color=colour, marker="o", ms=4, label=method)
         curve(axes, mine, "seconds", "top_3", (1.0, 100.0), color=colour, linestyle="--")
-    axes.set(xscale="log", ylim=(0.0, 118.0), xlabel="stroke (s)", ylabel="right (%)")
-    plain_ticks(axes.xaxis, _SECONDS)
+    log_axes(axes, _SECONDS)
+    axes.set(ylim=(0.0, 118.0), xlabel="stroke (s)", ylabel="right (%)")
     axes.set_title("Five labelled strokes each; dashed: among three", loc="left")
     axes.legend(loc="upper left", fontsize="small")
 
@@ -64,8 +64,8 @@ def draw_strangers(axes: Axes, data: Data) -> None:
                 axes, mine, "seconds", name, (1.0, 100.0), color=colour, linestyle=line, marker="o", ms=4, label=label
             )
     axes.axhline(80.0, color=GREY, linestyle=":")
-    axes.set(xscale="log", ylim=(0.0, 100.0), xlabel="stroke (s)", ylabel="strokes (%)")
-    plain_ticks(axes.xaxis, _SECONDS)
+    log_axes(axes, _SECONDS)
+    axes.set(ylim=(0.0, 100.0), xlabel="stroke (s)", ylabel="strokes (%)")
     axes.set_title("Strangers; dotted: goal", loc="left")
     axes.legend(loc="lower left", fontsize="small")
 
@@ -112,7 +112,7 @@ def _draw_quality(axes: Axes, data: Data, columns: tuple[tuple[str, str], ...], 
         for column, filled in columns:
             colour = GREY if filled == "full" else PALE
             axes.axhline(row[column], color=colour, linestyle=dashes, label=row["way"] if filled == "full" else None)
-    axes.set(xscale="log", xlabel="bit rate (kbit/s)", ylabel=label)
-    plain_ticks(axes.xaxis, (0.1, 1.0, 10.0))
+    log_axes(axes, (0.1, 1.0, 10.0))
+    axes.set(xlabel="bit rate (kbit/s)", ylabel=label)
     if rows:
         axes.legend(fontsize="x-small")

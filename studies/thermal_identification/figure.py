@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from studies.drawing import WIDEST_IN, Data, Rows, curve, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, curve, figure_file, keys_below, log_axes, where
 from studies.thermal_identification.map_figure import (
     draw_changes,
     draw_differences,
@@ -115,8 +115,7 @@ def _how(method: str) -> dict[str, Any]:
 
 def time_axis(axes: Axes, times: Sequence[float]) -> None:
     """Draw time after contact on a logarithmic axis, so that equal factors have equal lengths."""
-    axes.set_xscale("log")
-    plain_ticks(axes.xaxis, times)
+    log_axes(axes, times)
     axes.set_xlabel("time after contact (s)")
 
 
@@ -134,8 +133,7 @@ def _draw_errors(axes: Axes, rows: Rows, bounds: Rows, methods: Sequence[str]) -
         times = sorted({row["t_s"] for row in mine})
         least = [np.sqrt(np.mean([row["object_sd_k"] ** 2 for row in mine if row["t_s"] == t])) for t in times]
         axes.plot(times, least, color=BLACK, linestyle=":", linewidth=1.0, label="bound of the temperature's error")
-    axes.set_yscale("log")
-    plain_ticks(axes.yaxis, (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0))
+    log_axes(axes, y=(0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0))
 
 
 def _draw_failures(figure: Any, data: Mapping[str, Any]) -> None:
@@ -179,7 +177,7 @@ def _draw_reliability(axes: Axes, rows: Rows) -> None:
                 axes.plot([], [], color=colour, linestyle=dash, label=f"{method}, {count} materials")
     axes.set(xlabel="probability claimed (%)", ylabel="right (%)")
     axes.set_title("reliability, from 0.5 s (area: answers)", loc="left")
-    _keys_below(axes, 1)
+    keys_below(axes, 1, -0.22, fontsize=8)
 
 
 def _draw_cost(axes: Axes, data: Data) -> None:
@@ -207,7 +205,7 @@ def _draw_cost(axes: Axes, data: Data) -> None:
     axes.set_title("cost and accuracy, 4 materials", loc="left")
     plain_ticks(axes.xaxis, (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100))
     axes.margins(x=0.1)
-    _keys_below(axes, 2)
+    keys_below(axes, 2, -0.22, fontsize=8)
 
 
 def _draw_scaling(axes: Axes, rows: Rows) -> None:
@@ -223,9 +221,4 @@ def _draw_scaling(axes: Axes, rows: Rows) -> None:
     axes.set_xticks(counts)
     axes.set(ylabel="ms per update, one finger (limit 1)", ylim=(0.0, None), xlim=(0.0, None))
     axes.set_title("cost and number of materials", loc="left")
-    _keys_below(axes, 1)
-
-
-def _keys_below(axes: Axes, columns: int) -> None:
-    if axes.get_legend_handles_labels()[1]:
-        axes.legend(loc="upper left", bbox_to_anchor=(-0.1, -0.22), fontsize=8, ncols=columns, columnspacing=1.0)
+    keys_below(axes, 1, -0.22, fontsize=8)

@@ -2,14 +2,12 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
 from common.wire.messages import ThermalStatus
-from studies.drawing import Rows, where
-from teletaction.plotting.figure_style import BLACK, GREEN, GREY, ORANGE, PALE, RED, STATUS_COLOURS
+from studies.drawing import Rows, named_lines, share_map, where
+from teletaction.plotting.figure_style import BLACK, GREEN, GREY, ORANGE, RED, STATUS_COLOURS
 
 _LEVELS = (0.0, 0.1, 0.5, 0.8, 0.95, 1.01)
 _COLOURS = ("#7A1E00", ORANGE, "#F9DDB1", "#BFE3D5", GREEN)
@@ -73,19 +71,13 @@ def draw_untrained(axes: Axes, rows: Rows) -> None:
 
 
 def _draw_map(axes: Axes, rows: Rows, varied: str) -> None:
+    share_map(axes, rows, ("t_s", varied, "right"), _LEVELS, _COLOURS)
     values, times = sorted({row[varied] for row in rows}), sorted({row["t_s"] for row in rows})
-    share = np.full((len(values), len(times)), np.nan)
     for row in rows:
         place = values.index(row[varied]), times.index(row["t_s"])
-        share[place] = row["right"] or 0.0
         _write(axes, place, row["identified"] - row["wrong"], BLACK, 0.0)
         _write(axes, place, row["wrong"], RED, 0.28)
-    colours = ListedColormap(_COLOURS)
-    axes.pcolormesh(share, cmap=colours, norm=BoundaryNorm(_LEVELS, colours.N), edgecolors=PALE, linewidth=0.4)
-    axes.set_xticks(np.arange(len(times)) + 0.5, [f"{t:g}" for t in times])
-    axes.set_yticks(np.arange(len(values)) + 0.5, [f"{value:g}" for value in values])
     axes.set_xlabel("time after contact (s)")
-    axes.grid(visible=False)
 
 
 def _write(axes: Axes, place: tuple[int, int], share: float, colour: str, aside: float) -> None:
@@ -104,7 +96,6 @@ def _draw_bars(axes: Axes, rows: Rows, labels: Sequence[str]) -> None:
             share = row["identified"] - row["wrong"] if kind == "right" else row[kind]
             axes.barh(place, _PERCENT * share, left=start, color=colour, height=0.75)
             start += _PERCENT * share
-    axes.set_yticks(range(len(rows)), labels, fontsize=8)
-    axes.invert_yaxis()
+    named_lines(axes, labels, fontsize=8)
     axes.set(xlim=(0.0, 100.0), xlabel="share of touches (%)")
     axes.grid(axis="y", visible=False)

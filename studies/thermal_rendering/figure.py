@@ -5,8 +5,8 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from common.limits import PLATE_COOLING_K_S
-from studies.drawing import Data, Rows, curve, figure_file, where
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, plain_ticks
+from studies.drawing import Data, Rows, curve, figure_file, log_axes, where
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY
 
 _COLOURS = (RED, ORANGE, GREEN, PLUM, BLUE, SKY, GREY)
 _MARKS = ("o", "s", "^", "D", "v", "P", "X")
@@ -45,9 +45,9 @@ def _draw_models(axes: Axes, rows: Rows) -> None:
                 axes.plot(place, shares[place], "o", mfc="none", mec=colour, ms=12, mew=1.6)
     axes.axhspan(1.0, 100.0, color=PALE, zorder=0)
     axes.set_xticks(range(len(models)), models, rotation=25, ha="right")
-    axes.set(yscale="log", ylim=(0.01, 60.0))
-    plain_ticks(axes.yaxis, (0.01, 0.1, 1, 10))
-    axes.set(xlabel="cells of epidermis + dermis + subcutis + object", ylabel="worst error / tolerance")
+    log_axes(axes, y=(0.01, 0.1, 1, 10))
+    axes.set(ylim=(0.01, 60.0), ylabel="worst error / tolerance")
+    axes.set_xlabel("cells of epidermis + dermis + subcutis + object")
     axes.set_title("Models; grey: above tolerance; ringed: chosen", loc="left")
     axes.legend(ncols=2, fontsize=8.5)
 
@@ -76,9 +76,8 @@ def _draw_integrators(axes: Axes, rows: Rows) -> None:
                 fontsize=8.5,
                 color=colour,
             )
-    axes.set(xscale="log", yscale="log", ylim=(0.3 * _SMALLEST_K, 5.0 * _DIVERGED_K))
-    plain_ticks(axes.xaxis, (1, 10, 100, 1000))
-    plain_ticks(axes.yaxis, (1e-9, 1e-6, 1e-3, 0.1, 1))
+    log_axes(axes, (1, 10, 100, 1000), (1e-9, 1e-6, 1e-3, 0.1, 1))
+    axes.set_ylim(0.3 * _SMALLEST_K, 5.0 * _DIVERGED_K)
     axes.axhline(0.1, color=GREY, linestyle="--", linewidth=0.9)
     axes.set_xlabel("cost of 10 ms, one finger, in bare products for five")
     axes.set_ylabel("largest error of the felt temperature (K)")
@@ -94,9 +93,7 @@ def _draw_rates(axes: Axes, rows: Rows) -> None:
         curve(axes, mine, "times_as_fast", "error_k", (PLATE_COOLING_K_S, 1.0), **how)
     axes.axvline(PLATE_COOLING_K_S, color=GREY, linestyle=":")
     axes.axhline(0.1, color=GREY, linestyle="--", linewidth=0.9)
-    axes.set(xscale="log", yscale="log")
-    plain_ticks(axes.xaxis, (2.5, 5, 10, 20, 40, 80, 160))
-    plain_ticks(axes.yaxis, (0.03, 0.1, 0.3, 1))
+    log_axes(axes, (2.5, 5, 10, 20, 40, 80, 160), (0.03, 0.1, 0.3, 1))
     axes.set(xlabel="rate of the plate (K/s); dotted: TactTip", ylabel="largest error at the finger (K)")
     axes.set_title("The plate's rate is the largest error (objects at 25 °C)", loc="left")
     axes.legend(fontsize=8.5, ncols=2)
@@ -132,8 +129,8 @@ def _draw_loop(axes: Axes, rows: Rows) -> None:
             worst, shown = [max(row[key] for row in each) / allowed for each in mine], None if noisy else label
             axes.plot(ticks_ms, worst, color=colour, marker=mark, ms=4, linestyle=dashes, label=shown)
     axes.axhspan(1.0, 1.2, color=PALE, zorder=0)
-    axes.set(ylim=(0.0, 1.2), xscale="log")
-    plain_ticks(axes.xaxis, ticks_ms)
+    log_axes(axes, ticks_ms)
+    axes.set(ylim=(0.0, 1.2))
     axes.set_xlabel("length of a tick (ms); dashed: readings 0.1 K noisy and 0.1 s late")
     axes.set_ylabel("worst of all touches / allowed")
     count = len({(row["object"], row["object_c"]) for row in rows})
@@ -156,9 +153,8 @@ def _draw_inverse(axes: Axes, rows: Rows) -> None:
     matched = next(row for row in rows if row["way"] == "flux matching")
     axes.plot(matched["step_s"], matched["plate_noise_k"], "*", color=BLACK, ms=12, label="flux matched")
     axes.text(0.07, _BLOWN_UP_K, "beyond all bounds, readings 0.1 s late", va="center", fontsize=8.5)
-    axes.set(xscale="log", yscale="log", ylim=(0.003, 2.0 * _BLOWN_UP_K))
-    plain_ticks(axes.xaxis, (0.01, 0.05, 0.2, 1))
-    plain_ticks(axes.yaxis, (0.01, 0.1, 1, 10))
-    axes.set(xlabel="step of the inverse (s)", ylabel="noise of the plate's set-point (K)")
+    log_axes(axes, (0.01, 0.05, 0.2, 1), (0.01, 0.1, 1, 10))
+    axes.set(ylim=(0.003, 2.0 * _BLOWN_UP_K), ylabel="noise of the plate's set-point (K)")
+    axes.set_xlabel("step of the inverse (s)")
     axes.set_title("10 mK of noise in the wanted felt temperature", loc="left")
     axes.legend(fontsize=8.5, loc="lower left")

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, Rows, curve, figure_file, where
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, plain_ticks
+from studies.drawing import Data, Rows, curve, figure_file, log_axes, where
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED
 
 _WAYS = {
     "alone": (RED, "o"),
@@ -69,8 +69,7 @@ def _draw_impulses(axes: Axes, rows: Rows) -> None:
     axes.axhspan(0.0, 0.25, color=PALE, zorder=0)
     axes.axvline(15.0, color=GREY, linestyle=":")
     axes.axvline(20.0, color=GREY, linestyle=":")
-    axes.set_xscale("log")
-    plain_ticks(axes.xaxis, (2, 4, 6, 10, 15, 20, 30, 40))
+    log_axes(axes, (2, 4, 6, 10, 15, 20, 30, 40))
     axes.set(ylim=(0.0, 0.8), xlabel="grooves crossed in a second", ylabel="dip of the speed between grooves / its top")
     axes.set_title("Grooves; grey: a dip too small to be felt", loc="left")
     axes.legend(loc="center left", bbox_to_anchor=(0.02, 0.46))
