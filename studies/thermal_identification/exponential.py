@@ -7,7 +7,7 @@ closed form for each point of a grid (variable projection). The likeliest calibr
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,16 +23,6 @@ LAG_GRID_S: Array = np.geomspace(0.08, 0.8, 9)
 FEWEST = 10
 """Fewest readings for a fit."""
 _LN_STEP = float(np.log(TAU_GRID_S[1] / TAU_GRID_S[0]))
-
-
-class Response(Protocol):
-    """Running fit of one touch."""
-
-    def add(self, since_contact_s: float, sensor_c: float) -> None:
-        """Take one reading, C, at a time since contact, s."""
-
-    def fit(self) -> ExponentialFit | None:
-        """Return the best parameters so far."""
 
 
 class LaggedResponse:
@@ -77,6 +67,8 @@ class LaggedResponse:
         return ExponentialFit(1.0 / tau_s, self._start_c - offset_k, offset_k, residual_k)
 
 
+Response = ExponentialResponse | LaggedResponse
+"""Running fit of one touch."""
 WAYS: Mapping[str, Callable[[float], Response]] = {
     "paper": ExponentialResponse,
     "good exponential": LaggedResponse,

@@ -3,7 +3,7 @@
 Each map has a list of cells over its varied conditions, and rows made of their answers.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any, NamedTuple
@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from common.scenes.materials import material, materials
+from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.pieces import Piece
 from studies.thermal_identification.answers import Answered
-from studies.thermal_identification.pieces import in_session, one_finger, with_noise
+from studies.thermal_identification.pieces import in_session, with_noise
 from studies.thermal_identification.shares import shares
 from studies.thermal_identification.situations import FOUR, PREHEAT_K, SECONDS, Situation
 
@@ -50,51 +51,47 @@ class Cell(NamedTuple):
     pieces: Sequence[Piece]
 
 
-def difference_cells(axes: Axes, tables: dict[float, str], seed: int) -> list[Cell]:
-    """Return cells over difference x noise x time."""
-    return [
-        Cell(
-            [{"difference_k": difference_k, "noise_k": noise_k} for noise_k in axes.noises_k],
-            [
-                (with_noise, (_situation(axes, name, seed, offset_c=(above_k, above_k)), tables, axes.times_s))
-                for name in FOUR
-            ],
-        )
-        for difference_k, above_k in ((each, PREHEAT_K - each) for each in axes.differences_k)
-    ]
+def map_cells(axes: Axes, tables: Mapping[float, str], seed: int) -> dict[str, list[Cell]]:
+    """Return the cells of each map; `tables` are those of four materials, by the noise of a reading, K.
 
+    With uncalibrated materials every `identified` is wrong, and `right` has no meaning.
+    """
+    usual = {NOISE_C: tables[NOISE_C]}
 
-def change_cells(axes: Axes, table: str, seed: int) -> list[Cell]:
-    """Return cells with a lost or changed contact."""
-    return [
-        Cell(
-            [{"change_s": at_s, "force_share": share}],
-            [(in_session, (_situation(axes, name, seed, later=(at_s, share)), table, axes.times_s)) for name in FOUR],
-        )
-        for at_s, share in axes.changes
-    ]
+    def cell(
+        columns: Sequence[Mapping[str, Any]],
+        names: Sequence[str] = FOUR,
+        answer: Callable[..., list[list[Answered]]] = with_noise,
+        known: Any = usual,
+        **how: Any,
+    ) -> Cell:
+        touched = (Situation(name, seed, axes.touches, seconds=axes.seconds, **how) for name in names)
+        return Cell(columns, [(answer, (each, known, axes.times_s)) for each in touched])
 
-
-def spread_cells(axes: Axes, table: str, seed: int) -> list[Cell]:
-    """Return cells with another scatter of contacts than in calibration."""
-    return [
-        Cell(
-            [{"contact_spread": spread}],
-            [(one_finger, (_situation(axes, name, seed, contact_spread=spread), table, axes.times_s)) for name in FOUR],
-        )
-        for spread in axes.spreads
-    ]
-
-
-def foreign_cells(axes: Axes, table: str, seed: int) -> list[Cell]:
-    """Return cells with uncalibrated materials; every `identified` is wrong, and `right` has no meaning."""
-    return [
-        Cell(
-            [{"material": name, "away_ln": round(away_ln, 3)}],
-            [(one_finger, (_situation(axes, name, seed), table, axes.times_s))],
-        )
-        for name, away_ln in foreign_materials(axes)
-    ]
+    return {
+        "difference": [
+            cell(
+                [{"difference_k": difference_k, "noise_k": noise_k} for noise_k in axes.noises_k],
+                known=tables,
+                offset_c=(PREHEAT_K - difference_k,) * 2,
+            )
+            for difference_k in axes.differences_k
+        ],
+        "contact": [
+            cell(
+                [{"change_s": at_s, "force_share": share}],
+                answer=in_session,
+                known=tables[NOISE_C],
+                later=(at_s, share),
+            )
+            for at_s, share in axes.changes
+        ],
+        "spread": [cell([{"contact_spread": spread}], contact_spread=spread) for spread in axes.spreads],
+        "untrained": [
+            cell([{"material": name, "away_ln": round(away_ln, 3)}], (name,))
+            for name, away_ln in foreign_materials(axes)
+        ],
+    }
 
 
 def cell_rows(cells: Sequence[Cell], found: Sequence[Sequence[Sequence[Answered]]]) -> list[dict[str, Any]]:
@@ -118,7 +115,3 @@ def foreign_materials(axes: Axes) -> list[tuple[str, float]]:
     away.sort(key=lambda each: abs(each[1]))
     places = np.unique(np.linspace(0, len(away) - 1, axes.foreign).round().astype(int))
     return [away[place] for place in places]
-
-
-def _situation(axes: Axes, name: str, seed: int, **how: Any) -> Situation:
-    return Situation(name, seed, axes.touches, seconds=axes.seconds, **how)

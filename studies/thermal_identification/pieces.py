@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.thermal_identification.answers import Answered, by_fingers, by_product, by_rate, knowledge_of
 from studies.thermal_identification.exponential import WAYS, RateTable
 from studies.thermal_identification.reference import Reference, features
@@ -121,11 +120,6 @@ def with_noise(situation: Situation, tables: Mapping[float, str], times_s: Seque
         ]
         for noise_k, table in tables.items()
     ]
-
-
-def one_finger(situation: Situation, table: str, times_s: Sequence[float]) -> list[list[Answered]]:
-    """Return the answers to touches of one finger, in a list of one element."""
-    return with_noise(situation, {NOISE_C: table}, times_s)
 
 
 def in_session(situation: Situation, table: str, times_s: Sequence[float]) -> list[list[Answered]]:

@@ -13,13 +13,12 @@ from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.touch_hypotheses import FOREIGN
 from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.compared import Compared
-from studies.pieces import HERE, Piece, ReportShare, Work, one_thread, part_of, results_of
+from studies.pieces import HERE, Piece, ReportShare, Work, chunks, one_thread, part_of, results_of
 from studies.running import Progress, tables_of
-from studies.thermal_identification import maps
 from studies.thermal_identification.answers import Answered, knowledge_of
 from studies.thermal_identification.bound import bounds
 from studies.thermal_identification.cost import BASELINE, cost_by_materials, costs
-from studies.thermal_identification.maps import Axes
+from studies.thermal_identification.maps import Axes, cell_rows, map_cells
 from studies.thermal_identification.pieces import ONE, Calibration, Examples, by_reference, calibrate, examine, examples
 from studies.thermal_identification.reference import Reference, train
 from studies.thermal_identification.shares import errors, reliability, shares
@@ -67,28 +66,26 @@ class Sizes:
         calibration_s: duration of a touch for calibration, s.
     """
 
-    calibration: int
     learning: tuple[int, int, int]
     test: tuple[int, int]
     hands: tuple[int, int]
-    times_s: tuple[float, ...]
     hand_times_s: tuple[float, ...]
     reference_times_s: tuple[float, ...]
     maps: Axes
     cost_touches: int
     cost_calibration: int
-    cost_materials: tuple[int, ...]
+    calibration: int = 25
+    times_s: tuple[float, ...] = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
+    cost_materials: tuple[int, ...] = (4, 8, 12, 24)
     cost_s: float = 2.0
     seconds: float = SECONDS
     calibration_s: float = SECONDS
 
 
 QUICK = Sizes(
-    calibration=25,
     learning=(400, 60, 0),
     test=(16, 3),
     hands=(4, 0),
-    times_s=(0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
     hand_times_s=(0.25, 0.5, 1.0, 1.5),
     reference_times_s=(0.5, 1.0, 2.0, 3.0, 7.0),
     maps=Axes(
@@ -103,14 +100,11 @@ QUICK = Sizes(
     ),
     cost_touches=4,
     cost_calibration=8,
-    cost_materials=(4, 8, 12, 24),
 )
 FULL = Sizes(
-    calibration=25,
     learning=(1250, 1000, 1000),
     test=(150, 40),
     hands=(24, 5),
-    times_s=(0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
     hand_times_s=(0.25, 0.5, 1.0, 1.5, 2.0, 3.0),
     reference_times_s=(0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
     maps=Axes(
@@ -124,7 +118,6 @@ FULL = Sizes(
     ),
     cost_touches=20,
     cost_calibration=12,
-    cost_materials=(4, 8, 12, 24),
 )
 
 
@@ -139,11 +132,10 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
     """Measure a study of these sizes."""
     prepared = _prepare(sizes, seed, work, part_of(progress, 0.0, 0.35))
-    found = _judge(sizes, seed, prepared, work, part_of(progress, 0.35, 0.95))
+    judged, references = _judge(sizes, seed, prepared, work, part_of(progress, 0.35, 0.95))
     with one_thread():
-        cost = _cost(sizes, seed, prepared, found.references)
+        cost = _cost(sizes, seed, prepared, references)
     progress(1.0)
-    answers = found.answers.items()
     return {
         "machine": {
             "processors": os.cpu_count(),
@@ -153,14 +145,7 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
         },
         "calibration_touches": sizes.calibration,
         "learning_touches": {"4": sizes.learning[0], "12": sizes.learning[1], "4, two fingers": sizes.learning[2]},
-        "accuracy": [row for count, each in answers for row in shares(each, materials=count)],
-        "errors": [row for count, each in answers for row in errors(each, materials=count)],
-        "reliability": [
-            *(row for count, each in answers for row in reliability(each, materials=count)),
-            *_with_strangers(found),
-        ],
-        "bounds": prepared.bounds,
-        **found.maps,
+        **judged,
         "cost_baseline": BASELINE,
         **cost,
     }
@@ -183,23 +168,6 @@ class _Prepared:
     largest: str
     learning: dict[str, Examples]
     bounds: list[dict[str, Any]]
-
-
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """Answers and what they depend on.
-
-    Attributes:
-        answers: answers by number of materials.
-        strangers: answers about uncalibrated materials, with four calibrated ones.
-        maps: rows of each map.
-        references: references for one finger and four materials, by time.
-    """
-
-    answers: dict[int, list[Answered]]
-    strangers: list[Answered]
-    maps: dict[str, list[dict[str, Any]]]
-    references: dict[float, Reference]
 
 
 def _materials(sizes: Sizes) -> dict[int, tuple[str, ...]]:
@@ -229,9 +197,12 @@ def _prepare(sizes: Sizes, seed: int, work: Work, progress: ReportShare) -> _Pre
     for what, (names, touches, preheats_k, more) in learning.items():
         times_s = [t for t in sizes.reference_times_s if what != "two" or t <= sizes.hand_times_s[-1]]
         pieces[what] = [
-            (examples, (Situation(name, learning_seed + more + n, part, preheats_k, seconds=sizes.seconds), times_s))
+            (
+                examples,
+                (Situation(name, learning_seed + more + n, part, preheats_k, seconds=sizes.seconds), times_s),
+            )
             for name in names
-            for n, part in enumerate(_chunks(touches, _CHUNK))
+            for n, part in enumerate(map(len, chunks(range(touches), _CHUNK)))
         ]
     plates = {"equal": EQUAL_K, "staggered": STAGGERED_K}
     pieces["bounds"] = [(bounds, (name, plates_k, sizes.times_s)) for name in FOUR for plates_k in plates.values()]
@@ -251,7 +222,10 @@ def _prepare(sizes: Sizes, seed: int, work: Work, progress: ReportShare) -> _Pre
     )
 
 
-def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: ReportShare) -> _Found:
+def _judge(
+    sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: ReportShare
+) -> tuple[dict[str, list[dict[str, Any]]], dict[float, Reference]]:
+    """Return all tables but the costs, and the references for one finger and four materials, by time."""
     keys = [(what, t_s) for what, each in prepared.learning.items() for t_s in each.rows]
     pieces: dict[str, list[Piece]] = {
         "references": [(train, (prepared.learning[what].rows[t_s], *prepared.learning[what][1:])) for what, t_s in keys]
@@ -259,13 +233,7 @@ def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: R
     for place, (count, names) in enumerate(_materials(sizes).items()):
         pieces[f"hands {count}"] = _hand_pieces(sizes, seed, names, sizes.hands[place], prepared.by_count[count])
         pieces[f"one {count}"] = _one_pieces(sizes, seed, names, sizes.test[place], prepared.by_count[count])
-    axes, map_seed, table = sizes.maps, _seed(seed, "maps"), prepared.by_count[len(FOUR)].table
-    cells = {
-        "difference": maps.difference_cells(axes, prepared.by_noise, map_seed),
-        "contact": maps.change_cells(axes, table, map_seed),
-        "spread": maps.spread_cells(axes, table, map_seed),
-        "untrained": maps.foreign_cells(axes, table, map_seed),
-    }
+    cells = map_cells(sizes.maps, prepared.by_noise, _seed(seed, "maps"))
     pieces |= {name: [piece for cell in each for piece in cell.pieces] for name, each in cells.items()}
     results = results_of(pieces, work, progress)
     references = dict(zip(keys, results["references"], strict=True))
@@ -280,18 +248,24 @@ def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: R
             staggered = Examples.together([each for _, each in hands[len(hands) // 2 :]])
             for t_s in staggered.rows:
                 answers[count] += by_reference(references["two", t_s], REFERENCE_TWO, staggered, t_s)
-    return _Found(
-        answers,
-        [answer for each in results["untrained"] for answers_k in each for answer in answers_k],
-        {name: maps.cell_rows(each, results[name]) for name, each in cells.items()},
-        {t_s: reference for (what, t_s), reference in references.items() if what == str(len(FOUR))},
-    )
+    strangers = [answer for each in results["untrained"] for answers_k in each for answer in answers_k]
+    rows = {
+        "accuracy": [row for count, each in answers.items() for row in shares(each, materials=count)],
+        "errors": [row for count, each in answers.items() for row in errors(each, materials=count)],
+        "reliability": [
+            *(row for count, each in answers.items() for row in reliability(each, materials=count)),
+            *_with_strangers(answers[len(FOUR)], strangers),
+        ],
+        "bounds": prepared.bounds,
+        **{name: cell_rows(each, results[name]) for name, each in cells.items()},
+    }
+    return rows, {t_s: reference for (what, t_s), reference in references.items() if what == str(len(FOUR))}
 
 
-def _with_strangers(found: _Found) -> list[dict[str, Any]]:
+def _with_strangers(answers: list[Answered], strangers: list[Answered]) -> list[dict[str, Any]]:
     """Return the reliability of one finger's probabilities with the prior's share of uncalibrated materials."""
-    ones = [answer for answer in found.answers[len(FOUR)] if answer.method == ONE]
-    rows = reliability(ones, found.strangers, FOREIGN, materials=len(FOUR))
+    ones = [answer for answer in answers if answer.method == ONE]
+    rows = reliability(ones, strangers, FOREIGN, materials=len(FOUR))
     return [row | {"method": WITH_STRANGERS} for row in rows]
 
 
@@ -312,7 +286,7 @@ def _hand_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], hands: int, ca
         )
         for plates, plates_k in (("equal", EQUAL_K), ("staggered", STAGGERED_K))
         for name in names
-        for number, part in enumerate(_chunks(hands, _HAND_CHUNK))
+        for number, part in enumerate(map(len, chunks(range(hands), _HAND_CHUNK)))
     ]
 
 
@@ -331,7 +305,7 @@ def _one_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], touches: int, c
             ),
         )
         for name in names
-        for number, part in enumerate(_chunks(touches, _TEST_CHUNK))
+        for number, part in enumerate(map(len, chunks(range(touches), _TEST_CHUNK)))
     ]
 
 
@@ -363,7 +337,3 @@ def _cost(sizes: Sizes, seed: int, prepared: _Prepared, references: dict[float, 
 def _seed(seed: int, what: str) -> int:
     """Return the seed of a part; seeds of different parts never coincide."""
     return 100_000 * seed + 10_000 * list(_SEEDS).index(what) + _SEEDS[what]
-
-
-def _chunks(count: int, size: int) -> list[int]:
-    return [min(size, count - start) for start in range(0, count, size)]
