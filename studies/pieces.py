@@ -15,12 +15,13 @@ from importlib.metadata import distributions
 from pathlib import Path
 from platform import python_version
 from threading import Lock
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from studies.kept_pieces import KeptPieces
 
 Piece = tuple[Callable[..., Any], tuple[Any, ...]]
 ReportShare = Callable[[float], object]
+Key = TypeVar("Key")
 Workers = Callable[[Sequence[bytes]], Iterator[tuple[int, bytes]]]
 """Runs packed pieces in any order; yields the place of each and its packed result, as soon as it is done."""
 
@@ -71,8 +72,8 @@ def working(workers: Workers = here, kept: KeptPieces | None = None) -> Work:
     return work
 
 
-def results_of(pieces: Mapping[str, Sequence[Piece]], work: Work, progress: ReportShare) -> dict[str, list[Any]]:
-    """Run pieces, all at once; returns the results of each name, in the order of its pieces."""
+def results_of(pieces: Mapping[Key, Sequence[Piece]], work: Work, progress: ReportShare) -> dict[Key, list[Any]]:
+    """Run pieces, all at once; returns the results of each key, in the order of its pieces."""
     done = iter(work([piece for each in pieces.values() for piece in each], progress))
     return {name: [next(done) for _ in each] for name, each in pieces.items()}
 

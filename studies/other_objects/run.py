@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from studies.compared import Compared
-from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of
+from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of, results_of
 from studies.running import Progress, tables_of
-from studies.second_world.worlds import CHUNK, FINGERS, LIFTED_S, USUAL, Objects, World, calibration_hands, judged_hands
+from studies.second_world.touches import USUAL, Objects
+from studies.second_world.worlds import CHUNK, FINGERS, LIFTED_S, World, calibration_hands, judged_hands
 from studies.thermal_identification.answers import Answered, by_fingers, knowledge_of
 from studies.thermal_identification.shares import shares
 from studies.thermal_identification.situations import FOUR, calibrated
@@ -66,23 +67,24 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
     """Measure a study of these sizes."""
     worlds: tuple[World, ...] = ("A", "B")
     sensors = [(world, 1000 * seed + FIRST_KIND + kind) for world in worlds for kind in range(sizes.kinds)]
-    calibrating: list[Piece] = [
-        (calibrate, (*sensor, how, sizes.calibration)) for sensor in sensors for how in CALIBRATIONS
-    ]
-    made = iter(work(calibrating, part_of(progress, 0.0, 0.25)))
-    known = {sensor: {how: next(made) for how in CALIBRATIONS} for sensor in sensors}
-    asked = [
-        (sensor[0], objects, (answer, (*sensor, name, numbers, objects, known[sensor], sizes.times_s)))
+    calibrating: dict[tuple[World, int], list[Piece]] = {
+        sensor: [(calibrate, (*sensor, how, sizes.calibration)) for how in CALIBRATIONS] for sensor in sensors
+    }
+    known = results_of(calibrating, work, part_of(progress, 0.0, 0.25))
+    judging: dict[tuple[tuple[World, int], Objects], list[Piece]] = {
+        (sensor, objects): [
+            (answer, (*sensor, name, part, objects, dict(zip(CALIBRATIONS, known[sensor], strict=True)), sizes.times_s))
+            for name in FOUR
+            for part in chunks(range(sizes.test), CHUNK)
+        ]
         for sensor in sensors
         for objects in OBJECTS
-        for name in FOUR
-        for numbers in chunks(range(sizes.test), CHUNK)
-    ]
+    }
     found: dict[tuple[World, str, str], list[Answered]] = {}
-    judged = work([piece for *_, piece in asked], part_of(progress, 0.25, 1.0))
-    for (world, objects, _), by_calibration in zip(asked, judged, strict=True):
-        for how, answers in by_calibration.items():
-            found.setdefault((world, how, objects.name), []).extend(answers)
+    for ((world, _), objects), judged in results_of(judging, work, part_of(progress, 0.25, 1.0)).items():
+        for by_calibration in judged:
+            for how, answers in by_calibration.items():
+                found.setdefault((world, how, objects.name), []).extend(answers)
     return {
         "kinds": sizes.kinds,
         "calibration": sizes.calibration,

@@ -90,16 +90,16 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 
 def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
     """Measure a study of these sizes."""
-    cases = [_Case(each, 1000 * seed + kind) for each in sizes.sets for kind in range(each.kinds)]
+    cases = [(each, 1000 * seed + kind) for each in sizes.sets for kind in range(each.kinds)]
     answers: dict[tuple[str, int], list[Answered]] = {}
     last: dict[tuple[str, int], tuple[list[Answered], list[Answered]]] = {}
-    for case, mine in zip(cases, _judge(cases, sizes.times_s, progress, work), strict=True):
-        key = case.set.world, len(case.set.names)
+    for (case, _), mine in zip(cases, _judge(cases, sizes.times_s, progress, work), strict=True):
+        key = case.world, len(case.names)
         for one in mine:
-            if one.truth in case.set.names and one.rule in (None, SHIPPED_RULE):
+            if one.truth in case.names and one.rule in (None, SHIPPED_RULE):
                 answers.setdefault(key, []).append(one)
             if one.t_s == sizes.times_s[-1]:
-                last.setdefault(key, ([], []))[one.truth not in case.set.names].append(one)
+                last.setdefault(key, ([], []))[one.truth not in case.names].append(one)
     sets: list[tuple[dict[str, Any], list[Answered]]] = [
         ({"world": world, "materials": count}, each) for (world, count), each in answers.items()
     ]
@@ -114,66 +114,48 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
     }
 
 
-@dataclass(frozen=True, slots=True)
-class _Case:
-    """One kind of sensor in a set of materials."""
-
-    set: Set
-    kind: int
+_Case = tuple[Set, int]
+"""One kind of sensor, by its number, in a set of materials."""
 
 
 def _judge(cases: Sequence[_Case], times_s: Sequence[float], progress: ReportShare, work: Work) -> list[list[Answered]]:
     """Return the answers of all methods in each case."""
     seconds = times_s[-1] + LIFTED_S
-    named = [(case, name) for case in cases for name in case.set.names]
-    pieces: dict[str, list[Piece]] = {
-        "tables": [
-            (calibrate, (case.set.world, case.kind, case.set.names, case.set.calibration, seconds)) for case in cases
-        ],
-        "learning": [
-            (examples, (case.set.world, case.kind, name, turn, case.set.learning // UNITS, times_s))
-            for case, name in named
-            for turn in range(UNITS)
-        ],
+    calibrating: dict[tuple[str, _Case], list[Piece]] = {
+        ("table", (each, kind)): [(calibrate, (each.world, kind, each.names, each.calibration, seconds))]
+        for each, kind in cases
     }
-    prepared = results_of(pieces, work, part_of(progress, 0.0, 0.4))
-    tables = dict(zip(cases, prepared["tables"], strict=True))
-    judging = [
-        (case, (examine, (case.set.world, case.kind, name, numbers, tables[case], times_s)))
-        for case, name in named
-        for numbers in chunks(range(case.set.test), CHUNK)
-    ]
-    known = len(judging)
-    judging += [
-        (case, (examine, (case.set.world, case.kind, name, range(STRANGE_TOUCHES), tables[case], times_s)))
-        for case in cases
-        for name in STRANGERS
-        if name not in case.set.names
-    ]
-    judged = work([piece for _, piece in judging], part_of(progress, 0.4, 0.8))
-    learned = _by_case([case for case, _ in named for _ in range(UNITS)], prepared["learning"])
-    tested = _by_case([case for case, _ in judging[:known]], [touches for _, touches in judged[:known]])
-    referring = [
-        (case, (refer, (learned[case].part(fingers, t_s), tested[case].part(fingers, t_s), method)))
-        for case in cases
-        for method, fingers in FINGERS.items()
-        for t_s in times_s
-    ]
-    referred = work([piece for _, piece in referring], part_of(progress, 0.8, 1.0))
-    found: dict[_Case, list[Answered]] = {case: [] for case in cases}
-    for (case, _), (answers, _) in zip(judging, judged, strict=True):
-        found[case] += answers
-    for (case, _), answers in zip(referring, referred, strict=True):
-        found[case] += answers
-    return list(found.values())
+    learning: dict[tuple[str, _Case], list[Piece]] = {
+        ("learned", (each, kind)): [
+            (examples, (each.world, kind, name, turn, each.learning // UNITS, times_s))
+            for name in each.names
+            for turn in range(UNITS)
+        ]
+        for each, kind in cases
+    }
+    prepared = results_of(calibrating | learning, work, part_of(progress, 0.0, 0.4))
 
+    def judging(case: _Case, names: Sequence[str], touches: int) -> list[Piece]:
+        (each, kind), (table,) = case, prepared["table", case]
+        parts = chunks(range(touches), CHUNK)
+        return [(examine, (each.world, kind, name, part, table, times_s)) for name in names for part in parts]
 
-def _by_case(cases: Sequence[_Case], parts: Sequence[Examples]) -> dict[_Case, Examples]:
-    """Join the examples of each case."""
-    grouped: dict[_Case, list[Examples]] = {}
-    for case, part in zip(cases, parts, strict=True):
-        grouped.setdefault(case, []).append(part)
-    return {case: Examples.together(each) for case, each in grouped.items()}
+    strange = {case: [name for name in STRANGERS if name not in case[0].names] for case in cases}
+    known = {("known", case): judging(case, case[0].names, case[0].test) for case in cases}
+    others = {("strange", case): judging(case, strange[case], STRANGE_TOUCHES) for case in cases}
+    judged = results_of(known | others, work, part_of(progress, 0.4, 0.8))
+    referring: dict[_Case, list[Piece]] = {}
+    for case in cases:
+        learned = Examples.together(prepared["learned", case])
+        tested = Examples.together([touches for _, touches in judged["known", case]])
+        referring[case] = [
+            (refer, (learned.part(fingers, t_s), tested.part(fingers, t_s), method))
+            for method, fingers in FINGERS.items()
+            for t_s in times_s
+        ]
+    referred = results_of(referring, work, part_of(progress, 0.8, 1.0))
+    own = {case: [answers for answers, _ in judged["known", case] + judged["strange", case]] for case in cases}
+    return [[answer for answers in own[case] + referred[case] for answer in answers] for case in cases]
 
 
 def calibrate(world: World, kind: int, names: Sequence[str], touches: int, seconds: float) -> str:

@@ -1,11 +1,12 @@
 """Simulates touches in the second world: one or more fingers of one kind of sensor on one piece."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from common.scenes.materials import material
 from remote_site.thermal.touch_start import find_touch
@@ -68,17 +69,32 @@ class Kind:
         return cls(sensor, tuple(Unit(*map(float, row)) for row in units))
 
 
+@dataclass(frozen=True, slots=True)
+class Objects:
+    """Touched objects.
+
+    Attributes:
+        name: name in the tables.
+        above_k: range of their temperatures above ambient, K.
+        thickness_m: thickness, m; None as in calibration.
+    """
+
+    name: str
+    above_k: tuple[float, float] = NEAR_K
+    thickness_m: float | None = None
+
+
+USUAL = Objects("within 3 K")
+
+
 def simulate_touches(
     kind: Kind,
     name: str,
     seed: int,
-    touches: int,
-    *,
-    first: int = 0,
+    numbers: Iterable[int],
     preheats_k: Sequence[float] = (10.0,),
     seconds: float = 10.05,
-    above_k: tuple[float, float] = NEAR_K,
-    thickness_m: float | None = None,
+    objects: Objects = USUAL,
 ) -> Iterator[Hand]:
     """Yield touches of new pieces of a material.
 
@@ -86,19 +102,17 @@ def simulate_touches(
         kind: the sensors.
         name: material.
         seed: seed of pieces, contacts, forces and noise.
-        touches: number of pieces.
-        first: number of the first piece; a piece depends only on the seed and its number.
+        numbers: numbers of the pieces; a piece depends only on the seed and its number.
         preheats_k: plate above ambient of each finger, K.
         seconds: time in contact, s.
-        above_k: range of the piece's temperature above ambient, K.
-        thickness_m: thickness of the pieces, m; None for a random one.
+        objects: temperature and thickness of the pieces.
     """
     made_of = material(name)
-    for number in range(first, first + touches):
+    for number in numbers:
         rng = np.random.default_rng([seed, number, *made_of.name.encode()])
-        piece = draw_piece(made_of, rng, above_k)
-        if thickness_m is not None:
-            piece = replace(piece, thickness_m=thickness_m)
+        piece = draw_piece(made_of, rng, objects.above_k)
+        if objects.thickness_m is not None:
+            piece = replace(piece, thickness_m=objects.thickness_m)
         fingers = [
             find_touch(_touch(kind.sensor, unit, piece, preheat_k, seconds, rng, f"{name} {number}"))
             for unit, preheat_k in zip(kind.units, preheats_k, strict=False)
@@ -111,7 +125,7 @@ def _touch(
 ) -> ThermalTrace:
     """Return the trace of one finger."""
     held = _held(sensor, unit, preheat_k, float(rng.uniform(*WARM_S)))
-    force_n = _force(sensor, seconds, rng)
+    force_n = _force(seconds, rng)
     thing = build(sensor, unit.leak, piece)
     touch_factor = unit.contact * math.exp(sensor.touch_spread * rng.standard_normal())
     plate_k = _in_contact(sensor, piece, thing, held, force_n, touch_factor)
@@ -162,7 +176,7 @@ def _held(sensor: Sensor, unit: Unit, preheat_k: float, seconds: float) -> _Held
     return _Held(np.array(course), above_k, power_w)
 
 
-def _force(sensor: Sensor, seconds: float, rng: np.random.Generator) -> Array:
+def _force(seconds: float, rng: np.random.Generator) -> Array:
     """Return the true force in each step from the first touch on, N."""
     time_s = np.arange(round(seconds / STEP_S)) * STEP_S
     ramp = np.clip(time_s / rng.uniform(*RAMP_S), 0.0, 1.0)
@@ -223,18 +237,14 @@ def _trace(
 
 def _lagged(values: Array, lag_s: float) -> Array:
     keep = math.exp(-STEP_S / lag_s)
-    found, state = np.empty_like(values), float(values[0])
-    for k, value in enumerate(values):
-        state = keep * state + (1.0 - keep) * float(value)
-        found[k] = state
+    found: Array = lfilter([1.0 - keep], [1.0, -keep], values, zi=[keep * values[0]])[0]
     return found
 
 
 def _slow_noise(count: int, sd_k: float, rng: np.random.Generator) -> Array:
     """Return noise with the correlation time SLOW_S."""
     keep = math.exp(-READING_S / SLOW_S)
-    found, state = np.empty(count), sd_k * rng.standard_normal()
-    for k in range(count):
-        found[k] = state
-        state = keep * state + sd_k * math.sqrt(1.0 - keep * keep) * rng.standard_normal()
+    steps = rng.standard_normal(count + 1)
+    steps *= np.append(sd_k, np.full(count, sd_k * math.sqrt(1.0 - keep * keep)))
+    found: Array = lfilter([1.0], [1.0, -keep], steps)[:-1]
     return found

@@ -5,32 +5,15 @@ one kind.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 from sim_sensors.traces.simulated_touch import BLOCK_M
-from studies.second_world.touches import Kind, simulate_touches
-from studies.thermal_identification.situations import NEAR_K, PREHEAT_K, STAGGERED_K, Hand, Situation, touched
+from studies.second_world.touches import USUAL, Kind, Objects, simulate_touches
+from studies.thermal_identification.situations import PREHEAT_K, STAGGERED_K, Hand, Situation, touched
 
 World = Literal["A", "B"]
 
 
-@dataclass(frozen=True, slots=True)
-class Objects:
-    """Objects to judge.
-
-    Attributes:
-        name: name in the tables.
-        above_k: range of their temperatures above ambient, K.
-        thickness_m: thickness, m; None as in calibration.
-    """
-
-    name: str
-    above_k: tuple[float, float] = NEAR_K
-    thickness_m: float | None = None
-
-
-USUAL = Objects("within 3 K")
 UNITS = 5
 """Number of units of a kind, and of fingers of a hand."""
 FINGERS = {"1 finger": 1, "2 staggered": 2, "5 staggered": 5}
@@ -61,7 +44,7 @@ def calibration_hands(
     return [
         hand
         for seed, unit in enumerate(drawn.units, start=_seed_b(kind, _CALIBRATION))
-        for hand in _touched_b(Kind(drawn.sensor, (unit,)), name, seed, numbers, (preheat_k,), seconds, objects)
+        for hand in simulate_touches(Kind(drawn.sensor, (unit,)), name, seed, numbers, (preheat_k,), seconds, objects)
     ]
 
 
@@ -71,7 +54,8 @@ def learning_hands(world: World, kind: int, name: str, turn: int, touches: int, 
         return _touched_a(name, _seed_a(kind, _LEARNING + turn), touches, STAGGERED_K, seconds)
     drawn = Kind.draw(kind)
     turned = Kind(drawn.sensor, drawn.units[turn:] + drawn.units[:turn])
-    return _touched_b(turned, name, _seed_b(kind, _LEARNING + turn), range(touches), STAGGERED_K, seconds)
+    seed = _seed_b(kind, _LEARNING + turn)
+    return list(simulate_touches(turned, name, seed, range(touches), STAGGERED_K, seconds))
 
 
 def judged_hands(
@@ -81,7 +65,8 @@ def judged_hands(
     if world == "A":
         seed = _seed_a(kind, 100 * _JUDGED + numbers[0])
         return _touched_a(name, seed, len(numbers), STAGGERED_K, seconds, objects)
-    return _touched_b(Kind.draw(kind), name, _seed_b(kind, _JUDGED), numbers, STAGGERED_K, seconds, objects)
+    seed = _seed_b(kind, _JUDGED)
+    return list(simulate_touches(Kind.draw(kind), name, seed, numbers, STAGGERED_K, seconds, objects))
 
 
 def _touched_a(
@@ -89,30 +74,6 @@ def _touched_a(
 ) -> list[Hand]:
     thickness_m = objects.thickness_m or BLOCK_M
     return touched(Situation(name, seed, touches, preheats_k, objects.above_k, thickness_m, seconds=seconds))
-
-
-def _touched_b(
-    kind: Kind,
-    name: str,
-    seed: int,
-    numbers: Sequence[int],
-    preheats_k: tuple[float, ...],
-    seconds: float,
-    objects: Objects = USUAL,
-) -> list[Hand]:
-    return list(
-        simulate_touches(
-            kind,
-            name,
-            seed,
-            len(numbers),
-            first=numbers[0],
-            preheats_k=preheats_k,
-            seconds=seconds,
-            above_k=objects.above_k,
-            thickness_m=objects.thickness_m,
-        )
-    )
 
 
 def _seed_a(kind: int, part: int) -> int:

@@ -7,12 +7,12 @@ import pytest
 
 from studies.second_world import axisymmetric, touches
 from studies.second_world.ranges import draw_sensor
-from studies.second_world.touches import Kind, simulate_touches
+from studies.second_world.touches import Kind, Objects, simulate_touches
 
 
 def fallen_k(kind: Kind, name: str, at_s: float) -> float:
     """Return how far the reading has fallen at a time after contact, K."""
-    (hand,) = simulate_touches(kind, name, 1, 1, seconds=at_s + 0.5, above_k=(0.0, 0.0))
+    (hand,) = simulate_touches(kind, name, 1, (0,), seconds=at_s + 0.5, objects=Objects("ambient", (0.0, 0.0)))
     (touch,) = hand.fingers
     return touch.start_c - float(touch.trace.sensor_c[touch.first + round(100 * at_s)])
 
@@ -32,20 +32,20 @@ def test_better_conductors_cool_the_plate_more(seed: int) -> None:
 
 
 def test_the_same_seed_gives_the_same_touch() -> None:
-    first, again = (next(simulate_touches(Kind.draw(5), "pine", 3, 1, seconds=1.0)) for _ in range(2))
+    first, again = (next(simulate_touches(Kind.draw(5), "pine", 3, (0,), seconds=1.0)) for _ in range(2))
     np.testing.assert_array_equal(first.fingers[0].trace.sensor_c, again.fingers[0].trace.sensor_c)
     assert first.object_c == again.object_c
 
 
 def test_a_piece_is_the_same_in_any_part_of_the_touches() -> None:
     kind = Kind.draw(5)
-    (_, second), (alone,) = (list(simulate_touches(kind, "pine", 3, n, first=2 - n, seconds=1.0)) for n in (2, 1))
+    (_, second), (alone,) = (list(simulate_touches(kind, "pine", 3, some, seconds=1.0)) for some in ((0, 1), (1,)))
     np.testing.assert_array_equal(second.fingers[0].trace.sensor_c, alone.fingers[0].trace.sensor_c)
 
 
 @pytest.mark.long
 def test_fingers_share_the_object_and_differ_in_their_sensors() -> None:
-    (hand,) = simulate_touches(quiet(6), "pvc", 1, 1, preheats_k=(10.0,) * 5, seconds=1.0)
+    (hand,) = simulate_touches(quiet(6), "pvc", 1, (0,), preheats_k=(10.0,) * 5, seconds=1.0)
     assert len(hand.fingers) == 5
     assert len({round(float(finger.trace.sensor_c[-1]), 4) for finger in hand.fingers}) == 5
 
