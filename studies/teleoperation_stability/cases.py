@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,14 @@ class Hand:
 
 HANDS = {"light": Hand(0.006, 2.0, 200.0), "firm": Hand(0.010, 3.0, 800.0), "arm": Hand(1.4, 7.5, 400.0)}
 """Impedance of a lightly and a firmly held finger (Hajian & Howe 1997), and of a stiff finger on a moving arm."""
+
+
+class Measured(NamedTuple):
+    """Measurements of the remote site at a tick: depth, m, contact force and servo force, N, (N,) each."""
+
+    depth_m: Floats
+    force_n: Floats
+    servo_n: Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """Direct position-force control: the finger's position crosses the link, and the remote force returns unchanged."""
 
-from studies.teleoperation_stability.cases import Floats
+from studies.teleoperation_stability.cases import Floats, Measured
 
 
 class DirectForce:
@@ -15,9 +15,6 @@ class DirectForce:
         """Show the newest remote force; send the position."""
         return packet[0], (depth_m - self._start_m)[None]
 
-    def remote(
-        self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
-    ) -> tuple[Floats, Floats, Floats]:
+    def remote(self, at: Measured, packet: Floats) -> tuple[Floats, Floats, Floats]:
         """Go to the newest position; send the force."""
-        del depth_m, servo_n
-        return self._start_m + packet[0], 0.0 * force_n, force_n[None]
+        return self._start_m + packet[0], 0.0 * at.force_n, at.force_n[None]

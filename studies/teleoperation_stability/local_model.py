@@ -1,7 +1,6 @@
 """Local model: the remote site identifies surface and stiffness, and the operator site renders the force from them."""
 
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 
@@ -9,28 +8,14 @@ from operator_site.force.passive_contact import PassiveContact
 from operator_site.safety.sampled_wall import SampledWall
 from operator_site.thermal.contact_prediction import ContactPrediction
 from remote_site.stiffness.surface_estimate import SurfaceEstimate
-from studies.teleoperation_stability.cases import DEVICE_NS_M, Floats
+from studies.teleoperation_stability.blended_contact import BlendedContact
+from studies.teleoperation_stability.cases import DEVICE_NS_M, Floats, Measured
 
 WALL_Z_M = 0.003
 """Height of the wall, m; above the surface height assumed before first contact, so the finger enters it unwarned."""
 
 
-class Contact(Protocol):
-    """Renders force from a model and the finger's own height."""
-
-    def step(
-        self,
-        t_s: float,
-        z_m: float,
-        surface_m: float,
-        stiffness_n_m: float,
-        damping_n_s_m: float = 0.0,
-        approach_m_s: float = 0.0,
-    ) -> float:
-        """Return the force, N."""
-
-
-def passive(period_s: float) -> Callable[[], Contact]:
+def passive(period_s: float) -> Callable[[], PassiveContact]:
     """Return the operator site's contact, which takes new models passively and stays displayable by the device."""
     return lambda: PassiveContact(SampledWall(DEVICE_NS_M, period_s))
 
@@ -40,7 +25,9 @@ class LocalModel:
 
     packet_rows = 3
 
-    def __init__(self, start_m: Floats, period_s: float, contact: Callable[[], Contact]) -> None:
+    def __init__(
+        self, start_m: Floats, period_s: float, contact: Callable[[], PassiveContact | BlendedContact]
+    ) -> None:
         self._start_m, self._period_s, self._tick = start_m, period_s, 0
         self._contacts = [contact() for _ in start_m]
         self._approaches = [ContactPrediction() for _ in start_m]
@@ -59,15 +46,11 @@ class LocalModel:
         ]
         return np.array(force), (depth_m - self._start_m)[None].repeat(self.packet_rows, axis=0)
 
-    def remote(
-        self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
-    ) -> tuple[Floats, Floats, Floats]:
+    def remote(self, at: Measured, packet: Floats) -> tuple[Floats, Floats, Floats]:
         """Go to the newest position, identify the surface, and send the model."""
-        del servo_n
         t_s = self._tick * self._period_s
-        for identified, newton, z_m in zip(
-            self._identified, force_n.tolist(), (WALL_Z_M - depth_m).tolist(), strict=True
-        ):
+        sensed = zip(self._identified, at.force_n.tolist(), (WALL_Z_M - at.depth_m).tolist(), strict=True)
+        for identified, newton, z_m in sensed:
             identified.step(t_s, newton, 0.0, 0.0, z_m)
         model = np.array([(each.surface_z_m, each.stiffness_n_m, each.damping_n_s_m) for each in self._identified]).T
-        return self._start_m + packet[0], 0.0 * force_n, model
+        return self._start_m + packet[0], 0.0 * at.force_n, model

@@ -7,7 +7,7 @@ servo's force returns instead of the wall's, because the energy of the remote po
 
 import numpy as np
 
-from studies.teleoperation_stability.cases import Floats
+from studies.teleoperation_stability.cases import Floats, Measured
 
 MOST_NS_M = 15.0
 """Largest damping at the operator, Ns/m; more would shake the light finger at a period of some milliseconds."""
@@ -45,11 +45,9 @@ class PassivityControl:
         self._shown_n = force + np.minimum(MOST_NS_M, damper) * speed
         return self._shown_n, np.stack((depth_m - self._start_m, self._operator_in))
 
-    def remote(
-        self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
-    ) -> tuple[Floats, Floats, Floats]:
+    def remote(self, at: Measured, packet: Floats) -> tuple[Floats, Floats, Floats]:
         """Follow the operator's speed, less the part that the arrived energy does not cover."""
-        del depth_m, force_n
+        servo_n = at.servo_n
         work = servo_n * self._pace * self._period_s
         self._remote_out = self._remote_out + np.maximum(0.0, work)
         self._remote_in = self._remote_in + np.maximum(0.0, -work)

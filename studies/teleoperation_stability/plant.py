@@ -15,7 +15,7 @@ import numpy as np
 
 from common.limits import CONTACT_FORCE_N
 from sim_sensors.physics.fingertip import MASS_KG, SERVO_N_M, SERVO_NS_M
-from studies.teleoperation_stability.cases import DEVICE_KG, DEVICE_NS_M, WALL_NS_M, Cases, Floats
+from studies.teleoperation_stability.cases import DEVICE_KG, DEVICE_NS_M, WALL_NS_M, Cases, Floats, Measured
 from studies.teleoperation_stability.network import Ints
 
 STEP_S = 1e-4
@@ -43,10 +43,8 @@ class Architecture(Protocol):
     def operator(self, depth_m: Floats, packet: Floats) -> tuple[Floats, Floats]:
         """Return the force to show against the finger, N, and the packet to send, for a finger at this depth."""
 
-    def remote(
-        self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
-    ) -> tuple[Floats, Floats, Floats]:
-        """Return set-point, m, its speed, m/s, and the packet to send, for measured depth, contact and servo force."""
+    def remote(self, at: Measured, packet: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return set-point, m, its speed, m/s, and the packet to send, for these measurements."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +108,7 @@ def simulate(
         force = np.clip(force, -DEVICE_N, DEVICE_N)
         newest = forward[tick]
         packet = np.where(newest >= 0, sent[newest, :, columns].T, none)
-        setpoint, pace, returned[tick] = sites.remote(_encoded(y), measured_n, servo, packet)
+        setpoint, pace, returned[tick] = sites.remote(Measured(_encoded(y), measured_n, servo), packet)
         for column, value in zip(kept, (x, y, force, contact, given - 0.5 * DEVICE_KG * v * v, worked), strict=True):
             column[tick] = value
         meant, meant_pace = path(t_s)

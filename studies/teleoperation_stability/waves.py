@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from sim_sensors.physics.fingertip import SERVO_NS_M
-from studies.teleoperation_stability.cases import Floats
+from studies.teleoperation_stability.cases import Floats, Measured
 
 WAVE_NS_M = 10.0
 """Wave impedance b, Ns/m; a low one makes free motion light, a high one makes contact stiff."""
@@ -38,15 +38,12 @@ class WaveVariables:
         self._sent = self._sent + self._period_s * u
         return WAVE_NS_M * speed - self._root * packet[0], np.stack((u, self._sent))
 
-    def remote(
-        self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
-    ) -> tuple[Floats, Floats, Floats]:
+    def remote(self, at: Measured, packet: Floats) -> tuple[Floats, Floats, Floats]:
         """Return set-point and speed from u and the servo's force, and w = (b v - F) / sqrt(2 b)."""
-        del force_n, depth_m
         u = packet[0] + DRIFT_PER_S * (packet[1] - self._received)
         self._received = self._received + self._period_s * u
         # The servo's damper acts on the new speed at once. Solving for this speed matches the wave and avoids ringing.
-        spring_n = servo_n - SERVO_NS_M * self._pace
+        spring_n = at.servo_n - SERVO_NS_M * self._pace
         self._pace = (self._root * u - spring_n) / (WAVE_NS_M + SERVO_NS_M)
         setpoint = self._remote_m
         self._remote_m = setpoint + self._period_s * self._pace

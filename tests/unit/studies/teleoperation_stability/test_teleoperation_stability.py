@@ -159,8 +159,8 @@ class Still:
     def operator(self, depth_m, packet):
         return 0.0 * depth_m, packet
 
-    def remote(self, depth_m, force_n, servo_n, packet):
-        return 0.0 * depth_m + 0.003, 0.0 * depth_m, packet
+    def remote(self, at, packet):
+        return 0.0 * at.depth_m + 0.003, 0.0 * at.depth_m, packet
 
 
 @pytest.mark.long
