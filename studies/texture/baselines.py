@@ -6,7 +6,7 @@ tuned to its results.
 
 from importlib import import_module
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +21,6 @@ BANDS = 12
 TREES = 300
 SILENT = 1e-12
 """Least power and standard deviation, so that a flat signal has a logarithm."""
-
-
-class Classifier(Protocol):
-    """Common interface of scikit-learn's classifiers."""
-
-    def fit(self, features: Array, labels: Any) -> Any:
-        """Learn from features (strokes x features) and a label for each stroke."""
-
-    def predict(self, features: Array) -> Any:
-        """Return a label for each stroke."""
 
 
 def band_powers(signal: Array, rate_hz: float) -> Array:
@@ -70,8 +60,8 @@ def moments(signal: Array) -> Array:
     return np.stack([columns.mean(axis=0), np.log(spread), third, fourth, np.log(steps)]).T.ravel()
 
 
-def classifiers(seed: int = 0) -> dict[str, Classifier]:
-    """Return new, unfitted classifiers by name; the same `seed` gives the same classifiers."""
+def classifiers(seed: int = 0) -> dict[str, Any]:
+    """Return new, unfitted classifiers of scikit-learn by name; the same `seed` gives the same classifiers."""
     forest = import_module("sklearn.ensemble").RandomForestClassifier(TREES, random_state=seed)
     discriminant = import_module("sklearn.discriminant_analysis").LinearDiscriminantAnalysis(
         solver="lsqr", shrinkage="auto"

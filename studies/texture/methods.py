@@ -36,13 +36,13 @@ class Learned:
 
 def learn(drawn: Sequence[Drawn], times_s: Sequence[float]) -> Learned:
     """Calibrate every method with the same strokes."""
-    fit = fit_surfaces([LabelledStroke(f"stroke {k}", one.surface, one.even) for k, one in enumerate(drawn)], {})
+    fit = fit_surfaces([LabelledStroke(f"stroke {k}", one.asked.surface, one.even) for k, one in enumerate(drawn)], {})
     plain = anything(TextureLaw())
     blocks = [stroke_blocks(one, plain) for one in drawn]
     ends: dict[str, list[PaperState]] = {}
     for one, own in zip(drawn, blocks, strict=True):
-        ends.setdefault(one.surface, []).append(paper_states(one.even, [block.mode for block in own])[-1])
-    names = [one.surface for one in drawn]
+        ends.setdefault(one.asked.surface, []).append(paper_states(one.even, [block.mode for block in own])[-1])
+    names = [one.asked.surface for one in drawn]
     classic = {}
     for time_s in times_s:
         signals = [signal_of(one, own, time_s) for one, own in zip(drawn, blocks, strict=True)]

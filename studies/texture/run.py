@@ -13,16 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from remote_site.texture.surface_table import SurfaceTable
-from sim_sensors.physics.surface import GROOVE_DEPTH_M
 from sim_sensors.physics.texture_touch import NOISE_V
-from sim_sensors.traces.simulated_stroke import simulate_stroke
 from studies.compared import Compared
 from studies.counting import share
 from studies.pieces import HERE, Piece, Work, chunks, one_thread, part_of, rows_of
 from studies.running import Progress
 from studies.texture.methods import METHODS, PAPER, SHIPPED, Learned, answers, learn
 from studies.texture.paper_method import PaperRoughness, paper_states
-from studies.texture.strokes import Asked, Drawn, changes, grooves_counted, stroke_blocks, strokes, stroking
+from studies.texture.strokes import Asked, changes, grooves_counted, stroke_blocks, strokes, stroking
 from teletaction.make_tables import STROKED
 
 TIMES_S = (0.1, 0.25, 0.5, 1.0, 1.5)
@@ -117,7 +115,8 @@ def _learn(each: int, seed: int) -> Learned:
 
 def _judge(asked: Sequence[Asked], learned: Learned) -> Iterator[tuple[dict[tuple[str, float], str], dict[str, Any]]]:
     """Yield the answers of each method to each stroke, and its roughness before and after normalisation."""
-    for one in (each.drawn() for each in asked):
+    for each in asked:
+        one = each.drawn()
         names, _ = answers(one, learned, TIMES_S)
         blocks = stroke_blocks(one, learned.fit.table)
         course = paper_states(one.even, [block.mode for block in blocks])
@@ -125,9 +124,9 @@ def _judge(asked: Sequence[Asked], learned: Learned) -> Iterator[tuple[dict[tupl
         yield (
             names,
             {
-                "surface": one.surface,
-                "speed_mm_s": round(one.speed_mm_s, 1),
-                "force_n": round(one.force_n, 2),
+                "surface": each.surface,
+                "speed_mm_s": round(each.speed_mm_s, 1),
+                "force_n": round(each.force_n, 2),
                 "before_v": course[-1].mean_v,
                 "after_v": float(np.sqrt(np.mean(np.square(after_v[len(after_v) // 3 :])))),
             },
@@ -194,10 +193,11 @@ def _scatter(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 def _change(asked: Sequence[Asked], table: SurfaceTable) -> Iterator[dict[str, Any]]:
     """Yield for each stroke over a border the delay of the detected change, if any, and the false detections."""
-    for one in (each.drawn() for each in asked):
-        border_s = one.trace.border_s
+    for one in asked:
+        drawn = one.drawn()
+        border_s = drawn.trace.border_s
         assert border_s is not None
-        blocks = stroke_blocks(one, table)
+        blocks = stroke_blocks(drawn, table)
         window_s = max(1e3 * SEEN_M / one.speed_mm_s, SEEN_S)
         detected = [block.texture.changed_s - border_s for block in blocks if block.texture.changed_s is not None]
         hits = [after_s for after_s in detected if 0.0 <= after_s <= window_s]
@@ -235,15 +235,8 @@ def _grooves(table: SurfaceTable, number: int, repeats: int, seed: int) -> Itera
         for surface in GROOVED:
             speed_mm_s = how.get("speed_mm_s", float(chance.uniform(20.0, 150.0)))
             force_n = float(chance.uniform(0.56, 4.5))
-            trace = simulate_stroke(
-                surface,
-                seed + 1000 * number + repeat,
-                speed_mm_s,
-                force_n,
-                groove_depth_m=how.get("groove_depth_m", GROOVE_DEPTH_M),
-                noise_v=how.get("noise_v", NOISE_V),
-            )
-            one = Drawn(surface, None, speed_mm_s, force_n, trace)
+            asked = Asked(surface, None, seed + 1000 * number + repeat, speed_mm_s, force_n)
+            one = asked.drawn(**{name: value for name, value in how.items() if name != "speed_mm_s"})
             blocks = stroke_blocks(one, table)
             begin_s = stroking(blocks)[0].begin_s
             detected = {
@@ -266,19 +259,18 @@ def _grooves(table: SurfaceTable, number: int, repeats: int, seed: int) -> Itera
 
 def _course(table: SurfaceTable, before: str, after: str, seed: int) -> Iterator[dict[str, Any]]:
     """Stroke from one surface to another; yield the course that shows the paper's latching hold and drifting mean."""
-    trace = simulate_stroke(before, 5000 + seed, 60.0, 1.5, length_m=0.24, then=after)
-    one = Drawn(before, after, 60.0, 1.5, trace)
+    one = Asked(before, after, 5000 + seed, 60.0, 1.5, 0.24).drawn()
     stroked = stroking(stroke_blocks(one, table))
     paper, course = PaperRoughness(), []
     for block in stroked:
         first = int(np.searchsorted(one.even.time_s, block.begin_s))
         paper.step(one.even.signal_v[first : first + 10])
         course.append((paper.mean_v, paper.pattern))
-    assert trace.border_s is not None
+    assert one.trace.border_s is not None
     yield {
         "before": before,
         "after": after,
-        "after_border_s": [round(block.end_s - trace.border_s, 4) for block in stroked],
+        "after_border_s": [round(block.end_s - one.trace.border_s, 4) for block in stroked],
         "paper_v": [mean_v for mean_v, _ in course],
         "held": [held for _, held in course],
         "shipped_v": [block.texture.roughness_v if block.texture.valid else None for block in stroked],

@@ -8,7 +8,7 @@ import numpy as np
 from common.wire.messages import ExplorationMode
 from remote_site.texture.recorded.stroke_playback import EvenStroke, StrokeBlock, felt
 from remote_site.texture.surface_table import SurfaceTable
-from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
+from sim_sensors.traces.simulated_stroke import LENGTH_M, StrokeTrace, simulate_stroke
 from teletaction.make_tables import STROKED
 
 SPEED_MM_S, FORCE_N = (20.0, 150.0), (0.56, 4.5)
@@ -16,30 +16,6 @@ SPEED_MM_S, FORCE_N = (20.0, 150.0), (0.56, 4.5)
 LONGEST_M = 0.32
 BEFORE_GROOVES_M = 2e-3
 """Distance that the identification needs before it detects grooves, m."""
-
-
-class Drawn(NamedTuple):
-    """Simulated stroke with its true parameters."""
-
-    surface: str
-    then: str | None
-    speed_mm_s: float
-    force_n: float
-    trace: StrokeTrace
-
-    @property
-    def even(self) -> EvenStroke:
-        """The stroke in the form that the identification takes."""
-        trace = self.trace
-        return EvenStroke(trace.time_s, trace.pressure_v, trace.force_n, 1e-3 * trace.speed_mm_s)
-
-
-class Grooves(NamedTuple):
-    """Numbers of crossed grooves, of missed ones among them, and of impulses without a groove."""
-
-    crossed: int
-    missed: int
-    invented: int
 
 
 class Asked(NamedTuple):
@@ -50,14 +26,25 @@ class Asked(NamedTuple):
     seed: int
     speed_mm_s: float
     force_n: float
-    length_m: float
+    length_m: float = LENGTH_M
 
-    def drawn(self) -> Drawn:
-        """Simulate the stroke."""
-        trace = simulate_stroke(
-            self.surface, self.seed, self.speed_mm_s, self.force_n, length_m=self.length_m, then=self.then
-        )
-        return Drawn(self.surface, self.then, self.speed_mm_s, self.force_n, trace)
+    def drawn(self, **how: float) -> "Drawn":
+        """Simulate the stroke; `how` are further arguments of `simulate_stroke`."""
+        surface, then, seed, speed_mm_s, force_n, length_m = self
+        return Drawn(self, simulate_stroke(surface, seed, speed_mm_s, force_n, length_m=length_m, then=then, **how))
+
+
+class Drawn(NamedTuple):
+    """Simulated stroke with its true parameters."""
+
+    asked: Asked
+    trace: StrokeTrace
+
+    @property
+    def even(self) -> EvenStroke:
+        """The stroke in the form that the identification takes."""
+        trace = self.trace
+        return EvenStroke(trace.time_s, trace.pressure_v, trace.force_n, 1e-3 * trace.speed_mm_s)
 
 
 def strokes(each: int, seconds: float, seed: int) -> Iterator[Asked]:
@@ -89,9 +76,9 @@ def stroke_blocks(drawn: Drawn, table: SurfaceTable) -> list[StrokeBlock]:
     return list(felt(drawn.even, table))
 
 
-def grooves_counted(drawn: Drawn, begin_s: float, found_s: list[float]) -> Grooves:
+def grooves_counted(drawn: Drawn, begin_s: float, found_s: list[float]) -> tuple[int, int, int]:
     """Count crossed and missed grooves and false impulses, matched to 0.5 mm, from shortly after the stroke's start."""
-    speed_mm_s, end_s = drawn.speed_mm_s, drawn.trace.stroke_s[1] - 0.01
+    speed_mm_s, end_s = drawn.asked.speed_mm_s, drawn.trace.stroke_s[1] - 0.01
     begin_s += 0.08 + 1e3 * BEFORE_GROOVES_M / speed_mm_s
     true, found = np.array(drawn.trace.groove_s), np.array(found_s)
     near_s = 0.5 / speed_mm_s
@@ -101,4 +88,4 @@ def grooves_counted(drawn: Drawn, begin_s: float, found_s: list[float]) -> Groov
         return sum(1 for time_s in meant if not len(others) or np.abs(others - time_s).min() > near_s)
 
     crossed = int(((true > begin_s) & (true < end_s)).sum())
-    return Grooves(crossed, alone(true, found), alone(found, true))
+    return crossed, alone(true, found), alone(found, true)

@@ -89,7 +89,7 @@ def _classic(learned: Sequence[Sequence[StrokeSpectrum]], asked: Sequence[Stroke
     nearest = np.full((len(asked), len(learned)), -np.inf)
     for row, own, far in zip(nearest, labels[place], distance, strict=True):
         np.maximum.at(row, own, -far)
-    discriminant: Any = classifiers()["linear discriminant"].fit(np.hstack([bands, moved]), labels)
+    discriminant = classifiers()["linear discriminant"].fit(np.hstack([bands, moved]), labels)
     return {
         NEIGHBOUR: nearest,
         DISCRIMINANT: discriminant.decision_function(np.hstack([asked_bands, asked_moved])),
