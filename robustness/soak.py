@@ -102,7 +102,7 @@ def _judged(soak: Soak, samples: Sequence[Sample], records: Records, seed: int) 
         "restarts": soak.restarts,
         "again_s": {"median": round(statistics.median(again_s), 1), "max": round(max(again_s), 1)} if again_s else None,
         "limits": {
-            name: {"max": round(records.extremes[name].value, 3), "limit": limit}
+            name: {"max": round(records.extremes[name][0], 3), "limit": limit}
             for name, limit in LIMITS.values()
             if name in records.extremes
         },

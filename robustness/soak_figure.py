@@ -4,11 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, ORANGE, PALE, PURPLE, RED, STYLE
+from studies.drawing import figure_file
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, ORANGE, PALE, PURPLE, RED
 from teletaction.session.demo_files import NETWORK, PROCESSES
 
 _COLOURS = dict(zip((*PROCESSES, NETWORK), (ORANGE, PURPLE, BLUE, GREEN, BLACK), strict=True))
@@ -18,34 +15,21 @@ _CALM, _LATCHED, _WRONG = PALE, "#B9DEF3", RED
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
     """Draw the data that `run` returned, and write the figure as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 4.2), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 8.0, 4.2) as figure:
         axes = figure.add_subplot()
-        seen: set[str] = set()
         for episode in data["episodes"]:
             label, colour = _verdict(episode)
-            axes.axvspan(
-                episode["begin_s"], episode["end_s"], color=colour, lw=0, label=None if label in seen else label
-            )
-            seen.add(label)
+            axes.axvspan(episode["begin_s"], episode["end_s"], color=colour, lw=0, label=label)
         for curve in data["curves"]:
             process = curve["process"]
-            axes.plot(
-                curve["time_s"],
-                curve["rss_mib"],
-                color=_COLOURS[process],
-                linestyle=_DASHES[process],
-                label=None if process in seen else process,
-            )
-            seen.add(process)
+            how: dict[str, Any] = {"color": _COLOURS[process], "linestyle": _DASHES[process], "label": process}
+            axes.plot(curve["time_s"], curve["rss_mib"], **how)
         axes.set_ylim(0.0, 1.15 * max((max(curve["rss_mib"]) for curve in data["curves"]), default=1.0))
         axes.set_xlim(0.0, data["seconds"])
-        axes.set_xlabel("time since the session works (s)")
-        axes.set_ylabel("resident memory (MiB)")
+        axes.set(xlabel="time since the session works (s)", ylabel="resident memory (MiB)")
         axes.set_title(_title(data), loc="left")
-        figure.legend(loc="outside lower center", ncols=4)
-        figure.savefig(path, dpi=150)
+        first = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+        figure.legend(list(first.values()), list(first), loc="outside lower center", ncols=4)
 
 
 def _verdict(episode: Mapping[str, Any]) -> tuple[str, str]:

@@ -149,27 +149,19 @@ def _counts(status: Mapping[str, Any], device: str) -> dict[str, int]:
     return {"refused": refused, **{name: int(figures.get(name, 0)) for name in ("times_lost", "damaged", "missed")}}
 
 
-@dataclass(slots=True)
-class Extreme:
-    """Largest value of a quantity, and its time, s."""
-
-    value: float = float("-inf")
-    time_s: float = 0.0
-
-    def take(self, value: float, time_s: float) -> None:
-        """Take one more value into account."""
-        if value > self.value:
-            self.value, self.time_s = value, time_s
+Extreme = tuple[float, float]
+"""Largest value of a quantity, and its time, s."""
 
 
 def over_limits(extremes: Mapping[str, Extreme], episodes: Sequence[Episode]) -> list[str]:
     """Describe each exceeded limit, with the faults at that time, and each quantity without a recorded value."""
     wrong = []
     for name, limit in LIMITS.values():
-        extreme = extremes.get(name)
-        if extreme is None:
+        if name not in extremes:
             wrong.append(f"{name}: nothing was recorded")
-        elif not extreme.value <= limit:
-            during = [each.turn.name for each in episodes if each.begin_s <= extreme.time_s < each.next_s]
-            wrong.append(f"{name}: {extreme.value:.2f}, limit {limit:g}, during {during or 'normal work'}")
+            continue
+        value, time_s = extremes[name]
+        if not value <= limit:
+            during = [each.turn.name for each in episodes if each.begin_s <= time_s < each.next_s]
+            wrong.append(f"{name}: {value:.2f}, limit {limit:g}, during {during or 'normal work'}")
     return wrong

@@ -1,5 +1,6 @@
 """Reads the recordings of a soak: their readable length, the largest values, and the latched faults."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -82,4 +83,5 @@ def _take(topic: str, message: Message, records: Records) -> None:
         entry = msgpack.unpackb(message.data)
         for (stream, field_name), (name, _) in LIMITS.items():
             if stream == topic:
-                records.extremes.setdefault(name, Extreme()).take(max(entry[field_name]), time_s)
+                so_far = records.extremes.get(name, (-math.inf, 0.0))
+                records.extremes[name] = max(so_far, (max(entry[field_name]), time_s), key=lambda each: each[0])

@@ -20,7 +20,7 @@ from common.recording.recorder import Recorder
 from robustness import soak
 from robustness.fault_table import Fault, Outcome
 from robustness.soak_growth import GROWTH_MIB_H, MORE_FILES, Life, lives
-from robustness.soak_judge import LIMITS, Episode, Extreme, account, over_limits
+from robustness.soak_judge import LIMITS, Episode, account, over_limits
 from robustness.soak_plan import FAULTS, PAUSE_S, Turn, may_contain, turns
 from robustness.soak_records import LOST_AT_MOST_S, read_records
 from robustness.soak_watch import Sample, read_samples, watching
@@ -201,11 +201,11 @@ def test_a_latched_reason_is_in_the_recording_only_where_a_fault_latches() -> No
 
 
 def test_a_broken_limit_is_named_with_the_fault_that_broke_it() -> None:
-    held = {name: Extreme(limit, 15.0) for name, limit in LIMITS.values()}
+    held = {name: (limit, 15.0) for name, limit in LIMITS.values()}
     episode = Episode(Turn(named("network-cut"), None, 2.0), 10.0, 12.0, next_s=20.0)
     assert over_limits(held, [episode]) == []
     name = "force on the patient, N"
-    held[name] = Extreme(CONTACT_FORCE_N + 0.1, 15.0)
+    held[name] = (CONTACT_FORCE_N + 0.1, 15.0)
     assert over_limits(held, [episode]) == [f"{name}: 5.10, limit 5, during ['TCP connections reset']"]
     del held[name]
     assert over_limits(held, [episode]) == [f"{name}: nothing was recorded"]
@@ -232,7 +232,7 @@ def test_recordings_are_read_to_their_ends_with_extremes_and_faults(recorded: Pa
     records = read_records(recorded, ends_s)
     assert records.wrong == []
     assert records.faults == [(0.5, fault_text(HOT))]
-    assert {extreme.value for extreme in records.extremes.values()} == {1.0}
+    assert {value for value, _ in records.extremes.values()} == {1.0}
     assert set(records.messages.values()) == {202, 203}
     assert read_records(recorded, {**ends_s, "operator": []}).wrong == ["operator: 1 recordings of 0 lives"]
 
