@@ -1,5 +1,6 @@
 """Figure of the recorded presses: prediction by method, bars, and what is shown of liver."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +52,7 @@ def draw_bars(axes: Axes, data: Data) -> None:
     for k, row in enumerate(rows):
         least = row["honest_to"] >= 1.0
         limit = row["honest_from"] if least else row["honest_to"]
-        fraction = row["value"] / limit if limit else 0.0
+        fraction = row["value"] / limit if limit else math.inf if row["value"] > 0.0 else 0.0
         axes.barh(k, min(fraction, 3.9), color=_REACHED[row["reached"]])
         sign = "at least" if least else "at most"
         axes.text(3.95, k, f"{row['value']:.3f}, {sign} {limit:g}", va="center", ha="right", fontsize="x-small")

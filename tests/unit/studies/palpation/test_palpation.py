@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from remote_site.traces.press_files import Contact, Press
 from studies.palpation import run as study
-from studies.palpation.figure import plot
+from studies.palpation.figure import draw_bars, plot
 from studies.palpation.presses import LAW, LINE, SLOPE, answered, intraclass_correlation, predicted, repeated
 from studies.palpation.recordings import Stream, read_stream
 from studies.palpation.shown import DRAWN, LIVE, RECORDED, REGRESSION, STEPPED, neighbour_cv, pair_cv, shown, streamed
@@ -159,3 +160,12 @@ def test_the_bars_of_the_recordings(tmp_path: Path):
     assert missed <= {f"windows, CV: {LIVE}", f"windows, CV: {RECORDED}"}
     write_tables(study.tables(data), tmp_path)
     draw_figure(plot, data, tmp_path)
+
+
+@pytest.mark.parametrize(("value", "shown"), [(0.0, False), (0.01, True)])
+def test_any_value_above_a_limit_of_zero_has_a_bar(value: float, shown: bool):
+    row = {"bar": "presses without an answer", "of": "all", "value": value, "honest_from": 0.0, "honest_to": 0.0}
+    axes = Figure().add_subplot()
+    draw_bars(axes, {"bars": [row | {"reached": None}]})
+    (bar,) = axes.patches
+    assert bool(bar.get_width() > 1.0) is shown
