@@ -1,12 +1,12 @@
 """Judges the stiffness of recorded presses: answers, prediction of deeper samples, and repeated presses."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.stiffness.recorded.identify_stiffness import StiffnessAnswer, identify_presses
+from remote_site.stiffness.recorded.identify_stiffness import identify_presses
 from remote_site.traces.press_files import Press
 from studies.palpation.recordings import first
 
@@ -21,6 +21,7 @@ CONTACT_N = 0.08
 """Force of the robot's contact, N, in the classic stiffness with a known contact."""
 LAW, LINE, HERTZ = "learned prior", "line", "Hertz"
 KNOWN_CONTACT, SLOPE = "known contact", "slope"
+_Key = Literal["stiffness_n_m", "stiffness_sd_n_m", "stiffness_repeat_sd_n_m"]
 
 
 def answered(name: str, presses: Sequence[Press]) -> Iterator[Row]:
@@ -56,23 +57,27 @@ def predicted(name: str, material: str, presses: Sequence[Press]) -> list[Row]:
 
 def repeated(one: Sequence[Press], other: Sequence[Press]) -> list[Row]:
     """Compare two recordings of the same places to the same depth, by this method and two classic ones."""
-    short = [first(press, press.depth_mm <= REPEAT_MM) for press in other]
-    pairs = _pairs(one, short)
-    answers = [{answer["press"]: answer for answer in identify_presses(presses)} for presses in (one, short)]
+    recordings = one, [first(press, press.depth_mm <= REPEAT_MM) for press in other]
+    pressed = [{press.press: press for press in presses} for presses in recordings]
+    answers = [{answer["press"]: answer for answer in identify_presses(presses)} for presses in recordings]
+    both = [number for number in pressed[0] if number in pressed[1]]
+
+    def of_law(key: _Key) -> list[Array]:
+        return [np.array([found[number][key] or np.nan for number in both]) for found in answers]
+
+    values = {LAW: of_law("stiffness_n_m")} | {
+        method: [np.array([_classic(presses[number], method) for number in both]) for presses in pressed]
+        for method in (KNOWN_CONTACT, SLOPE)
+    }
     rows = []
-    for method in (LAW, KNOWN_CONTACT, SLOPE):
-        if method == LAW:
-            values = [[_stiffness(found[p.press]) for p in mine] for found, mine in zip(answers, pairs, strict=True)]
-        else:
-            values = [[_classic(press, method) for press in mine] for mine in pairs]
-        first_n_m, second_n_m = (np.array(each) for each in values)
+    for method, (first_n_m, second_n_m) in values.items():
         ln_ratio = np.log(first_n_m / second_n_m)
         outside, outside_repeat = None, None
         if method == LAW:
-            outside, outside_repeat = (
-                float(np.mean(np.abs(ln_ratio) > 2.0 * np.hypot(*_ln_sds(answers, pairs, key))))
-                for key in ("stiffness_sd_n_m", "stiffness_repeat_sd_n_m")
-            )
+            first_sd, second_sd = of_law("stiffness_sd_n_m")
+            outside = _outside(ln_ratio, first_sd / first_n_m, second_sd / second_n_m)
+            first_sd, second_sd = of_law("stiffness_repeat_sd_n_m")
+            outside_repeat = _outside(ln_ratio, first_sd / first_n_m, second_sd / second_n_m)
         rows.append(
             {
                 "method": method,
@@ -86,34 +91,17 @@ def repeated(one: Sequence[Press], other: Sequence[Press]) -> list[Row]:
     return rows
 
 
+def _outside(ln_ratio: Array, *ln_sds: Array) -> float:
+    """Return the share of pairs that differ by more than two standard deviations of ln stiffness."""
+    return float(np.mean(np.abs(ln_ratio) > 2.0 * np.hypot(*ln_sds)))
+
+
 def intraclass_correlation(one: Array, other: Array) -> float:
     """Return the share of the variance that is between places, of two measurements of each (ICC(1), one-way)."""
     both = np.column_stack([one, other])
     between = 2.0 * np.var(both.mean(axis=1), ddof=1)
     within = float(np.mean(np.var(both, axis=1, ddof=1)))
     return float((between - within) / (between + within))
-
-
-def _pairs(one: Sequence[Press], other: Sequence[Press]) -> list[list[Press]]:
-    second = {press.press: press for press in other}
-    both = [press for press in one if press.press in second]
-    return [both, [second[press.press] for press in both]]
-
-
-def _stiffness(answer: StiffnessAnswer) -> float:
-    return answer["stiffness_n_m"] or np.nan
-
-
-def _ln_sds(
-    answers: Sequence[Mapping[int, StiffnessAnswer]],
-    pairs: Sequence[Sequence[Press]],
-    key: Literal["stiffness_sd_n_m", "stiffness_repeat_sd_n_m"],
-) -> list[Array]:
-    """Return the standard deviations of ln stiffness of both recordings."""
-    return [
-        np.array([(found[press.press][key] or np.nan) / _stiffness(found[press.press]) for press in mine])
-        for found, mine in zip(answers, pairs, strict=True)
-    ]
 
 
 def _classic(press: Press, method: str) -> float:
