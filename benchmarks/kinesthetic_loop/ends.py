@@ -13,7 +13,6 @@ from itertools import count
 from pathlib import Path
 from subprocess import DEVNULL, Popen
 from tempfile import TemporaryDirectory
-from typing import Protocol
 
 import can
 import numpy as np
@@ -29,21 +28,6 @@ FORCES = int(database().get_message_by_name("FingerForces").frame_id)
 FRAME_S = 0.002
 _OPEN_S = 20.0
 _names = count()
-
-
-class DeviceEnd(Protocol):
-    """Interface of the other end of the loop's bus."""
-
-    address: CanAddress
-
-    def keep_up(self) -> None:
-        """Take note of new frames; the loop calls this now and then."""
-
-    def arrivals_s(self) -> list[float]:
-        """Time at which each frame of forces reached the device so far, by its own clock, s; NaN where unknown."""
-
-    def close(self) -> None:
-        """End the device."""
 
 
 class VirtualEnd:
@@ -146,3 +130,7 @@ class GatewayEnd:
             connection.recv(64)
         connection.setblocking(False)
         return connection
+
+
+DeviceEnd = VirtualEnd | GatewayEnd
+"""The other end of the loop's bus."""

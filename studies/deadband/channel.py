@@ -1,7 +1,6 @@
 """A sender with a deadband, a link that loses packets, and a receiver that reckons between packets."""
 
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +12,8 @@ Floats = NDArray[np.float64]
 Ticks = NDArray[np.bool_]
 
 
-class Reckoning(Protocol):
-    """Estimate of a place between packets, at either end."""
-
-    def take(self, t_s: float, places: Places) -> None:
-        """Take a packet."""
-
-    def at(self, t_s: float) -> Places | None:
-        """The estimate at a time, m; None before the first packet."""
-
-
 class Hold:
-    """Holds the last received value."""
+    """Holds the last received value; the interface is that of `DeadReckoning`."""
 
     def __init__(self) -> None:
         self._last: Places | None = None
@@ -38,7 +27,7 @@ class Hold:
         return self._last
 
 
-RECKONINGS: dict[str, Callable[[], Reckoning]] = {"hold": Hold, "linear": DeadReckoning}
+RECKONINGS: dict[str, Callable[[], Hold | DeadReckoning]] = {"hold": Hold, "linear": DeadReckoning}
 
 
 def sent(course: Course, reckoning: str, step_m: NDArray[np.float64] | float, repeats: int = REPEATS) -> Ticks:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -147,13 +148,7 @@ SCENES: dict[str, Callable[[_Hand], None]] = {
 
 BARELY = "barely touching"
 """Scene whose forces stay below the threshold of contact, within the noise; no method can detect such contact."""
-
-
-def _barely(hand: _Hand) -> None:
-    _graze(hand, BARELY_N)
-
-
-_ALL = SCENES | {BARELY: _barely}
+_ALL: dict[str, Callable[[_Hand], None]] = SCENES | {BARELY: partial(_graze, force_n=BARELY_N)}
 
 
 def scene(kind: str, seed: int) -> Explored:

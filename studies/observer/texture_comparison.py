@@ -127,13 +127,9 @@ def cases(each: Strokes) -> dict[tuple[str, str], Sets]:
         found[side, LEFT_ALONE] = real, felt_features([left_to_itself(course) for course in courses])
         found[side, BETWEEN] = real_features(each, typical=np.median), felt_features(courses, typical=np.median)
     slow = {"stroke_m_s": SLOW_M_S}
-    found["virtual", SLOWLY] = real_features(each, **slow), felt_features(each.varied[SLOWLY], **slow)
-    found["virtual", BY_ROUGHNESS] = real, felt_features(each.varied[BY_ROUGHNESS])
-    found["virtual", BY_ROUGHNESS_SLOWLY] = (
-        real_features(each, **slow),
-        felt_features(each.varied[BY_ROUGHNESS_SLOWLY], **slow),
-    )
-    found["virtual", BY_INTENSITY] = real, felt_features(each.varied[BY_INTENSITY])
+    stroked: dict[str, dict[str, Any]] = {SLOWLY: slow, BY_ROUGHNESS: {}, BY_ROUGHNESS_SLOWLY: slow, BY_INTENSITY: {}}
+    for name, how in stroked.items():
+        found["virtual", name] = real_features(each, **how), felt_features(each.varied[name], **how)
     found["virtual", OWN_STIFFNESS] = _with_own_stiffness(real, each.varied[OWN_STIFFNESS])
     soft = [replace(BY_HAND[0], ln_stiffness=math.log(FOAM_SHARE)), *BY_HAND[1:]]
     found["virtual", f"{HAND_SET}, {OWN_STIFFNESS}"] = soft, soft
@@ -147,15 +143,10 @@ def _with_own_stiffness(real: Sequence[Features], courses: Sequence[FingertipCou
         for name, one in zip(SURFACES, real, strict=True)
     ]
     felt = [
-        replace(one, ln_stiffness=_ln_stiffness(course))
+        replace(one, ln_stiffness=math.log(float(measured(course.force_n).mean() / measured(course.depth_m).mean())))
         for one, course in zip(felt_features(courses), courses, strict=True)
     ]
     return stiff, felt
-
-
-def _ln_stiffness(course: FingertipCourse) -> float:
-    force_n, depth_m = measured(course.force_n), measured(course.depth_m)
-    return math.log(float(np.mean(force_n)) / float(np.mean(depth_m)))
 
 
 def matching_rows(all_strokes: Sequence[Strokes], seed: int, draws: int) -> list[dict[str, Any]]:

@@ -119,13 +119,5 @@ def ablation_rows() -> list[dict[str, Any]]:
                     f"{name}_percent": 100.0 * share
                     for name, share in pair_answers(objects, pair, USUAL_S)._asdict().items()
                 }
-                rows.append(
-                    {
-                        "varied": varied,
-                        "value": value,
-                        "side": side,
-                        "pair": pair,
-                        **shares,
-                    }
-                )
+                rows.append({"varied": varied, "value": value, "side": side, "pair": pair, **shares})
     return rows

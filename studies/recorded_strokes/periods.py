@@ -1,7 +1,8 @@
 """Counts right and missing periods, and periods within their stated deviation, of made-up and of changed strokes."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,8 +37,8 @@ class Board:
     true_mm: float
 
 
-Change = Callable[[Board, np.random.Generator], Iterator[Board]]
-"""Yields changed strokes of a recorded one."""
+Change = Callable[[Board, np.random.Generator], Iterable[Board]]
+"""Changed strokes of a recorded one."""
 
 
 def counted(answers: Sequence[Answer]) -> Row:
@@ -115,18 +116,15 @@ def _part(board: Board, samples: Any) -> Board:
     return Board(board.path_m[samples], board.signals[samples], board.time_s[samples], board.true_mm)
 
 
-def _halves(board: Board, _: np.random.Generator) -> Iterator[Board]:
-    for samples in np.array_split(np.arange(len(board.path_m)), 2):
-        yield _part(board, samples)
-
-
-def _thinned(board: Board, _: np.random.Generator) -> Iterator[Board]:
-    for first in range(2):
-        yield _part(board, slice(first, None, 2))
-
-
-def _noisy(board: Board, chance: np.random.Generator) -> Iterator[Board]:
-    yield replace(board, signals=board.signals + 5.0 * chance.normal(size=board.signals.shape))
+def _shaken(board: Board, chance: np.random.Generator, share: float) -> Iterator[Board]:
+    """Add an oscillation of the whole sensor as in the recorded fabrics: 2.1 to 2.55 Hz, wandering by 0.04 Hz."""
+    for _ in range(4):
+        wander_hz = np.interp(board.time_s, np.linspace(0.0, board.time_s[-1], 8), 0.04 * chance.normal(size=8))
+        steps_s = np.diff(board.time_s, prepend=board.time_s[0])
+        turns = chance.uniform() + np.cumsum((chance.uniform(2.1, 2.55) + wander_hz) * steps_s)
+        motion = np.sin(2.0 * np.pi * turns) + 0.3 * np.sin(4.0 * np.pi * turns)
+        gains = 1.0 + 0.2 * chance.normal(size=board.signals.shape[1])
+        yield replace(board, signals=board.signals * (1.0 + share * motion[:, None] * gains))
 
 
 def _four_taxels(board: Board, chance: np.random.Generator) -> Iterator[Board]:
@@ -134,33 +132,16 @@ def _four_taxels(board: Board, chance: np.random.Generator) -> Iterator[Board]:
         yield replace(board, signals=board.signals[:, chance.permutation(board.signals.shape[1])[:4]])
 
 
-def _shaken(share: float) -> Change:
-    """Add an oscillation of the whole sensor as in the recorded fabrics: 2.1 to 2.55 Hz, wandering by 0.04 Hz."""
-
-    def change(board: Board, chance: np.random.Generator) -> Iterator[Board]:
-        for _ in range(4):
-            wander_hz = np.interp(board.time_s, np.linspace(0.0, board.time_s[-1], 8), 0.04 * chance.normal(size=8))
-            steps_s = np.diff(board.time_s, prepend=board.time_s[0])
-            turns = chance.uniform() + np.cumsum((chance.uniform(2.1, 2.55) + wander_hz) * steps_s)
-            motion = np.sin(2.0 * np.pi * turns) + 0.3 * np.sin(4.0 * np.pi * turns)
-            gains = 1.0 + 0.2 * chance.normal(size=board.signals.shape[1])
-            yield replace(board, signals=board.signals * (1.0 + share * motion[:, None] * gains))
-
-    return change
-
-
-def _unchanged(board: Board, _: np.random.Generator) -> Iterator[Board]:
-    yield board
-
-
 CHANGES: Mapping[str, Change] = {
-    "as recorded": _unchanged,
-    "shaken by 1 % of the load": _shaken(0.01),
-    "shaken by 2 % of the load": _shaken(0.02),
-    "shaken by 4 % of the load": _shaken(0.04),
-    "halves": _halves,
-    "every second sample": _thinned,
-    "noise of 5 counts": _noisy,
+    "as recorded": lambda board, _: [board],
+    "shaken by 1 % of the load": partial(_shaken, share=0.01),
+    "shaken by 2 % of the load": partial(_shaken, share=0.02),
+    "shaken by 4 % of the load": partial(_shaken, share=0.04),
+    "halves": lambda board, _: [_part(board, half) for half in np.array_split(np.arange(len(board.path_m)), 2)],
+    "every second sample": lambda board, _: [_part(board, slice(first, None, 2)) for first in range(2)],
+    "noise of 5 counts": lambda board, chance: [
+        replace(board, signals=board.signals + 5.0 * chance.normal(size=board.signals.shape))
+    ],
     "four taxels": _four_taxels,
 }
 """Changes of the recorded strokes."""

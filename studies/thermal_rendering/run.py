@@ -142,7 +142,7 @@ def _integrators(unit_us: float, seconds: float) -> Iterator[dict[str, Any]]:
         start = np.zeros(model.states)
         start[model.skin_cells :] = OBJECT_C - resting.surface_c
         inputs = np.array([resting.flux_w_m2, OBJECT_C - resting.surface_c])
-        true = _course(rates, start, steps, _linear(exact.a, exact.b @ inputs))
+        true = _course(rates, start, steps, _repeated(exact.a, exact.b @ inputs))
         fastest_per_s = float(np.abs(np.linalg.eigvals(rates.a)).max())
         for method, setting, advance in _methods(rates, exact, inputs):
             felt = _course(rates, start, steps, advance)
@@ -164,7 +164,7 @@ def _methods(
     rates: SkinStep, exact: SkinStep, inputs: Floats
 ) -> Iterator[tuple[str, float, Callable[[Floats], Floats]]]:
     drive = rates.b @ inputs
-    yield EXACT, STEP_S, _linear(exact.a, exact.b @ inputs)
+    yield EXACT, STEP_S, _repeated(exact.a, exact.b @ inputs)
     one = np.eye(len(rates.a))
     for substeps in SUBSTEPS:
         h = STEP_S / substeps
@@ -176,11 +176,7 @@ def _methods(
             yield method, tolerance, _solver(rates, drive, method, tolerance)
 
 
-def _linear(a: Floats, offset: Floats) -> Callable[[Floats], Floats]:
-    return lambda x: np.asarray(a @ x + offset)
-
-
-def _repeated(a: Floats, offset: Floats, times: int) -> Callable[[Floats], Floats]:
+def _repeated(a: Floats, offset: Floats, times: int = 1) -> Callable[[Floats], Floats]:
     def advance(x: Floats) -> Floats:
         for _ in range(times):
             x = a @ x + offset
