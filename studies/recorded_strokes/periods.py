@@ -1,9 +1,8 @@
 """Counts right and missing periods, and periods within their stated deviation, of made-up and of changed strokes."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +26,7 @@ SDS_95 = 1.96
 """Half width of the 95 % interval of a normal value, standard deviations."""
 
 
-@dataclass(frozen=True, slots=True)
-class Board:
+class Board(NamedTuple):
     """A recorded stroke: path, m; signals, samples x taxels; time, s; true period, mm."""
 
     path_m: Array
@@ -124,12 +122,12 @@ def _shaken(board: Board, chance: np.random.Generator, share: float) -> Iterator
         turns = chance.uniform() + np.cumsum((chance.uniform(2.1, 2.55) + wander_hz) * steps_s)
         motion = np.sin(2.0 * np.pi * turns) + 0.3 * np.sin(4.0 * np.pi * turns)
         gains = 1.0 + 0.2 * chance.normal(size=board.signals.shape[1])
-        yield replace(board, signals=board.signals * (1.0 + share * motion[:, None] * gains))
+        yield board._replace(signals=board.signals * (1.0 + share * motion[:, None] * gains))
 
 
 def _four_taxels(board: Board, chance: np.random.Generator) -> Iterator[Board]:
     for _ in range(4):
-        yield replace(board, signals=board.signals[:, chance.permutation(board.signals.shape[1])[:4]])
+        yield board._replace(signals=board.signals[:, chance.permutation(board.signals.shape[1])[:4]])
 
 
 CHANGES: Mapping[str, Change] = {
@@ -140,7 +138,7 @@ CHANGES: Mapping[str, Change] = {
     "halves": lambda board, _: [_part(board, half) for half in np.array_split(np.arange(len(board.path_m)), 2)],
     "every second sample": lambda board, _: [_part(board, slice(first, None, 2)) for first in range(2)],
     "noise of 5 counts": lambda board, chance: [
-        replace(board, signals=board.signals + 5.0 * chance.normal(size=board.signals.shape))
+        board._replace(signals=board.signals + 5.0 * chance.normal(size=board.signals.shape))
     ],
     "four taxels": _four_taxels,
 }

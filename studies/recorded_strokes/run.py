@@ -59,6 +59,12 @@ class Stroke:
     setting: int
     surface: str
 
+    @property
+    def board(self) -> Board:
+        """The stroke over a grooved board; its surface is the width of a groove, mm."""
+        time_s = self.trace.time_s
+        return Board(self.speed_m_s * time_s, self.trace.signals, time_s, 2.0 * float(self.surface))
+
 
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Periods of all boards, and fabrics by the shipped method and the classic ones on the same splits.
@@ -76,7 +82,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     pieces: dict[str, list[Piece]] = {
         "boards": [(boards, (board_strokes,))],
         "taxels": [(taxels, (board_strokes,))],
-        "changed": [(changed, (board_strokes, seed))],
+        "changed": [(changed_boards, ([stroke.board for stroke in board_strokes], seed))],
         "made": [(made_periods, (speed, _MADE_QUICK if quick else _MADE, seed)) for speed in SPEEDS_MM_S],
         "methods": [(_fabrics, (fabrics, name, seed)) for name in _methods(quick, seed)],
     }
@@ -136,10 +142,9 @@ def boards(strokes: Sequence[Stroke]) -> list[Row]:
     """Period of each stroke from the best taxel and from the mean of all, beside the truth."""
     rows = []
     for stroke in strokes:
-        true_mm = 2.0 * float(stroke.surface)
-        signals = stroke.trace.signals
+        path_m, signals, _, true_mm = stroke.board
         for signal, values in (("best", signals), ("mean", signals.mean(axis=1, keepdims=True))):
-            found = spatial_period(stroke.speed_m_s * stroke.trace.time_s, values, signals)
+            found = spatial_period(path_m, values, signals)
             row: Row = {"stroke": Path(stroke.trace.name).name, "signal": signal, "true_mm": true_mm}
             row |= dict.fromkeys(("period_mm", "period_sd_mm", "error_percent", "error_sds", "taxel"))
             if found is not None:
@@ -151,22 +156,14 @@ def boards(strokes: Sequence[Stroke]) -> list[Row]:
     return rows
 
 
-def changed(strokes: Sequence[Stroke], seed: int) -> list[Row]:
-    """Counts of periods after each change of the recorded boards."""
-    found = []
-    for stroke in strokes:
-        time_s = stroke.trace.time_s
-        found.append(Board(stroke.speed_m_s * time_s, stroke.trace.signals, time_s, 2.0 * float(stroke.surface)))
-    return changed_boards(found, seed)
-
-
 def taxels(strokes: Sequence[Stroke]) -> dict[str, float]:
     """Each taxel of each board by itself: counts of those that show its period, and calibration of the deviation."""
     nothing, other, errors, sds = 0, 0, [], []
     for stroke in strokes:
+        path_m, signals, _, _ = stroke.board
         true_m = 2e-3 * float(stroke.surface)
-        for column in stroke.trace.signals.T:
-            found = spatial_period(stroke.speed_m_s * stroke.trace.time_s, column[:, None])
+        for column in signals.T:
+            found = spatial_period(path_m, column[:, None])
             if found is None:
                 nothing += 1
             elif (error := abs(found[0].period_m / true_m - 1.0)) > WRONG:

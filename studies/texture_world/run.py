@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from remote_site.texture.texture_law import TextureLaw
 from studies.compared import Compared
 from studies.counting import grouped
 from studies.pieces import HERE, Piece, Work, chunks, part_of, rows_of
 from studies.running import Progress, Unavailable, data_folder
-from studies.texture_world.models import TextureModel, read_models
+from studies.texture_world.models import read_models
 from studies.texture_world.recognition import FOLDS, METHODS, SECONDS, SHIPPED, TOP, named, strangers
 from studies.texture_world.rendering_quality import MISSING, installed, qualities, quality_rows
 from studies.texture_world.roughness import EACH, ranking, roughnesses, sensor_law
@@ -34,6 +33,8 @@ LEAST_TEXTURES = 2 * FOLDS
 """Least number of textures: each group that is calibrated alone has two."""
 QUICK_TEXTURES = 20
 """Number of textures of a quick run, evenly over all."""
+MOVED_S, QUARTERS = 1.0, 4
+"""Duration of the strokes that are judged by speed and force, s, and number of parts of each."""
 _IN_A_PIECE = 5
 COMPARED = (
     Compared("roughness", "spearman_five_strokes", "more", absolute=0.02),
@@ -66,26 +67,21 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "strangers": [(strangers, (models, JUDGED, first, 1 if quick else FOLDS, known)) for known in KNOWN],
     }
     found = rows_of(pieces, work, part_of(progress, 0.15, 0.85))
-    quality = _quality(models, found["strokes"], seed, work, part_of(progress, 0.85, 1.0))
-    return _findings(models, law, found) | {"quality": quality, "without": [] if installed() else [MISSING]}
-
-
-def _quality(models: Sequence[TextureModel], strokes: Sequence[Row], seed: int, work: Work, progress: Any) -> list[Row]:
-    ln_v = np.array([row["ln_roughness"] for row in strokes]).reshape(-1, EACH).mean(axis=1).tolist()
-    pieces = [(qualities, (models, part, ln_v, seed)) for part in chunks(range(len(models)), _IN_A_PIECE)]
-    return quality_rows(rows_of({"quality": pieces}, work, progress)["quality"])
-
-
-def _findings(models: Sequence[TextureModel], law: TextureLaw, found: Mapping[str, Sequence[Row]]) -> dict[str, Any]:
+    ln_v = np.array([row["ln_roughness"] for row in found["strokes"]]).reshape(-1, EACH).mean(axis=1).tolist()
+    parts = chunks(range(len(models)), _IN_A_PIECE)
+    judging = {"quality": [(qualities, (models, part, ln_v, seed)) for part in parts]}
+    quality = rows_of(judging, work, part_of(progress, 0.85, 1.0))["quality"]
     return {
         "textures": [model.material for model in models],
         "law": law.model_dump(),
-        "strokes": list(found["strokes"]),
+        "strokes": found["strokes"],
         "roughness": ranking(found["strokes"]),
         "accuracy": accuracy(found["named"]),
         "by_motion": by_motion(found["named"]),
         "by_texture": by_texture(found["named"]),
         "strangers": pooled(found["strangers"]),
+        "quality": quality_rows(quality),
+        "without": [] if installed() else [MISSING],
     }
 
 
@@ -108,15 +104,15 @@ def accuracy(rows: Sequence[Row]) -> list[Row]:
     return found
 
 
-def by_motion(rows: Sequence[Row], seconds: float = 1.0, parts: int = 4) -> list[Row]:
+def by_motion(rows: Sequence[Row]) -> list[Row]:
     """Return the share of right names of the shipped method by quarters of speed and force."""
-    mine = [row for row in rows if row["method"] == SHIPPED and row["seconds"] == seconds]
+    mine = [row for row in rows if row["method"] == SHIPPED and row["seconds"] == MOVED_S]
     moved = np.array([[row["ln_speed"], row["ln_force"]] for row in mine])
-    edges = np.quantile(moved, np.linspace(0.0, 1.0, parts + 1)[1:-1], axis=0).T
+    edges = np.quantile(moved, np.linspace(0.0, 1.0, QUARTERS + 1)[1:-1], axis=0).T
     cells = [np.searchsorted(edge, column) for edge, column in zip(edges, moved.T, strict=True)]
     right = np.array([row["rank"] == 0 for row in mine])
     found = []
-    for speed, force in product(range(parts), range(parts)):
+    for speed, force in product(range(QUARTERS), repeat=2):
         inside = (cells[0] == speed) & (cells[1] == force)
         found.append(
             {

@@ -6,7 +6,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from remote_site.thermal.exponential_response import ExponentialResponse
 from remote_site.thermal.material_table import MaterialTable
@@ -80,11 +79,6 @@ def finger_update(knowledge: ThermalKnowledge, hand: Hand, fingers: int) -> Upda
     return update
 
 
-def reference_update(reference: Reference, row: NDArray[np.float64]) -> Update:
-    """Return an update that runs the reference once; it keeps no state between updates."""
-    return lambda _: reference.judge(row)
-
-
 def costs(
     knowledge: ThermalKnowledge,
     hands: Sequence[Hand],
@@ -100,7 +94,7 @@ def costs(
     ways: list[tuple[str, int, list[Callable[[], Update]]]] = [
         ("paper", 1, [partial(exponential_update, ExponentialResponse, hand) for hand in hands]),
         ("good exponential", 1, [partial(exponential_update, LaggedResponse, hand) for hand in hands]),
-        ("reference", 1, [partial(reference_update, reference, row)] * len(hands)),
+        ("reference", 1, [lambda: lambda _: reference.judge(row)] * len(hands)),
     ]
     ways += [
         (
