@@ -205,8 +205,7 @@ def _judge_leaving(finding: Finding, truth: Truth, since_s: float, until_s: floa
 def _any(active: NDArray[np.bool_], fault: Fault) -> NDArray[np.bool_]:
     """Whether any finger that counts for a fault is active, (n,) from (n, 5)."""
     counting = slice(None) if fault.finger is None else [FINGERS.index(fault.finger)]
-    any_active: NDArray[np.bool_] = np.asarray(active[:, counting].any(axis=1))
-    return any_active
+    return np.asarray(active[:, counting].any(axis=1))
 
 
 def _active(truth: Truth, actuator: Actuator, fault: Fault) -> tuple[Floats, NDArray[np.bool_]]:
@@ -230,8 +229,7 @@ def _active(truth: Truth, actuator: Actuator, fault: Fault) -> tuple[Floats, NDA
 def _felt(truth: Truth) -> NDArray[np.bool_]:
     """Whether the stroking finger felt force and vibration, (n,)."""
     finger = FINGERS.index(STROKING)
-    felt: NDArray[np.bool_] = (truth.force_n[:, finger] > FELT_N) & (truth.motor_mv[:, finger] > 0.0)
-    return felt
+    return np.asarray((truth.force_n[:, finger] > FELT_N) & (truth.motor_mv[:, finger] > 0.0))
 
 
 def _afterwards(done: Done, truth: Truth) -> str:

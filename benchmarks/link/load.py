@@ -118,18 +118,13 @@ def _bare_end(place: Place, load: Load, remote: bool) -> _End:
     return _End(lambda _: outgoing.send(message), lambda: incoming.receive_now() is not None, close)
 
 
-def _run_remote(line: Connection, place: Place, load: Load, seconds: float) -> None:
+def _run_site(line: Connection, place: Place, load: Load, seconds: float, remote: bool) -> None:
     end = _End()
-    if load.way != LOOP:
-        end = _link_remote(place, load) if load.way == LINK else _bare_end(place, load, remote=True)
-    _run(line, end, load.loop_hz, round(load.loop_hz / load.touch_hz), seconds)
-
-
-def _run_operator(line: Connection, place: Place, load: Load, seconds: float) -> None:
-    end = _End()
-    if load.way != LOOP:
-        end = _link_client(place, Role.PARTNER) if load.way == LINK else _bare_end(place, load, remote=False)
-    _run(line, end, load.loop_hz, round(load.loop_hz / load.motion_hz), seconds)
+    if load.way == LINK:
+        end = _link_remote(place, load) if remote else _link_client(place, Role.PARTNER)
+    elif load.way == CURVE:
+        end = _bare_end(place, load, remote)
+    _run(line, end, load.loop_hz, round(load.loop_hz / (load.touch_hz if remote else load.motion_hz)), seconds)
 
 
 def _run_observer(line: Connection, place: Place, seconds: float) -> None:
@@ -169,8 +164,8 @@ def measure(load: Load, seconds: float) -> dict[str, Any]:
         place = Place.prepare(Path(folder))
         observers = [("observer", _run_observer, (place, seconds)) for _ in range(load.observers)]
         with ends(
-            ("remote", _run_remote, (place, load, seconds)),
-            ("operator", _run_operator, (place, load, seconds)),
+            ("remote", _run_site, (place, load, seconds, True)),
+            ("operator", _run_site, (place, load, seconds, False)),
             *observers,
         ) as running:
             for end in running:

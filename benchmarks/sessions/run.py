@@ -7,7 +7,7 @@ and memory.
 """
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -208,11 +208,8 @@ def _begin(pair: SessionProcesses, seed: int) -> bool:
     end_s = time.monotonic() + _START_S
     while time.monotonic() < end_s and not pair.ended():
         statuses = {name: seen.status for name, seen in look(pair).items()}
-        if all(statuses.get(site, {}).get("state") == "engaged" for site in TICKS) and _hand_works(statuses):
+        engaged = all(statuses.get(site, {}).get("state") == "engaged" for site in TICKS)
+        if engaged and statuses.get("sim-operator", {}).get("script_s"):
             return True
         time.sleep(0.2)
     return False
-
-
-def _hand_works(statuses: Mapping[str, Mapping[str, Any]]) -> bool:
-    return bool(statuses.get("sim-operator", {}).get("script_s"))
