@@ -19,6 +19,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from itertools import islice
+from statistics import median
 
 import numpy as np
 
@@ -180,7 +181,7 @@ class SensorFault:
         """Test whether the signal moves without contact: by the curvature of three blocks, as at 40 mm/s."""
         means_v = np.array(self._means_v)
         curvature_v = means_v[1:-1] - 0.5 * (means_v[:-2] + means_v[2:])
-        self._noisy = float(np.median(np.abs(curvature_v))) > self._loudest_v
+        self._noisy = median(np.abs(curvature_v).tolist()) > self._loudest_v
 
     def _watch_signal(self) -> None:
         """Test for noise only after a change of force; while the fault lasts, test whether it ends."""
