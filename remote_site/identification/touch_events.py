@@ -145,9 +145,9 @@ def _nearest(way: Floats, x_m: float, y_m: float) -> tuple[Floats, Floats]:
     times_ns = way[:, 0] - way[0, 0]
     if len(way) == 1:
         return times_ns, np.hypot(way[:, 1] - x_m, way[:, 2] - y_m)
-    step = np.diff(way[:, 1:], axis=0)
+    step, passed_ns = way[1:, 1:] - way[:-1, 1:], times_ns[1:] - times_ns[:-1]
     to_place = (x_m, y_m) - way[:-1, 1:]
     square = (step * step).sum(axis=1)
-    part = np.clip((to_place * step).sum(axis=1) / np.maximum(square, 1e-18), 0.0, 1.0)
+    part = np.minimum(np.maximum((to_place * step).sum(axis=1) / np.maximum(square, 1e-18), 0.0), 1.0)
     missed = to_place - part[:, None] * step
-    return times_ns[:-1] + part * np.diff(times_ns), np.hypot(missed[:, 0], missed[:, 1])
+    return times_ns[:-1] + part * passed_ns, np.hypot(missed[:, 0], missed[:, 1])
