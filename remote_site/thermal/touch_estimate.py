@@ -157,6 +157,7 @@ class TouchEstimate:
         self._ln_weight = guesses.ln_weight.copy()
         self._misfit = np.zeros(n)
         self._substance = guesses.substance
+        self._group()
         self._far_below = np.zeros(n, dtype=np.intp)
         """Number of consecutive comparisons in which each hypothesis was far below the best."""
         self._used = 0
@@ -311,6 +312,11 @@ class TouchEstimate:
         self._misfit, self._far_below = self._misfit[likely], self._far_below[likely]
         self._ln_weight, self._ln_prior = self._ln_weight[likely], self._ln_prior[likely]
         self._substance, self._slab_s = self._substance[likely], self._slab_s[likely]
+        self._group()
+
+    def _group(self) -> None:
+        """Find the substances that are left, the first hypothesis of each, and the group of each hypothesis."""
+        self._groups = np.unique(self._substance, return_index=True, return_inverse=True)
 
     def evidence(self) -> TouchEvidence:
         """Return the evidence of all solved readings, with the hypotheses of each substance drawn together."""
@@ -320,10 +326,7 @@ class TouchEstimate:
 
     def _drawn_together(self) -> TouchEvidence:
         known = self._substances
-        # Hypotheses are in the order of their substances; some substances may have none left.
-        first = np.flatnonzero(np.diff(self._substance, prepend=-1))
-        left = self._substance[first]
-        of = np.repeat(np.arange(len(first)), np.diff(first, append=len(self._substance)))
+        left, first, of = self._groups  # hypotheses are in the order of their substances
         top = np.maximum.reduceat(self._ln_weight, first)
         weight = np.exp(self._ln_weight - top[of])
         total = np.add.reduceat(weight, first)
@@ -345,7 +348,7 @@ class TouchEstimate:
         means[kept] = mean.T[counts]
         covariances = np.zeros((*means.shape, 2))
         covariances[:, 0, 0], covariances[:, 1, 1] = ANYWHERE_K**2, known.effusivity_variance
-        covariances[kept] = np.moveaxis(covariance, 2, 0)[counts]
+        covariances[kept] = covariance.transpose(2, 0, 1)[counts]
         return TouchEvidence(
             ln_likelihood - self._used * math.log(self._noise_k),
             means,
