@@ -46,18 +46,13 @@ class TactTip(SerialDriver):
         self.commands = CommandMonitor()
         self._motor_drive = MotorDrive()
         self._turning = False
-        self._sent = b""
-        """Payload of the last command; empty before the first."""
+        self._sent: tuple[int, ...] = ()
+        """Values of the last command; empty before the first."""
         self._sent_s = -math.inf
 
     def read(self, t_s: float) -> None:
         """Take the reports since the last call at `t_s`, s; the time of a standstill is added."""
-        self.stood_still_s = 0.0
-        if self.line.silent:
-            return
         states = self.line.poll(TactTipState)
-        if not states:
-            return
         self.stood_still_s = self._standstill_s([state.device_time_us for state in states])
         t_s += self.stood_still_s
         for state in states:
@@ -94,10 +89,10 @@ class TactTip(SerialDriver):
         since_s, switches = t_s - self._sent_s, (motor_rpm > 0.0) is not self._turning
         motor, peltier_permille = self._motor_drive, round(peltier_drive * DRIVE_FULL)
         motor.step(t_s, motor_rpm)
-        command = TactTipCommand(motor.hold_mv, peltier_permille, *motor.pulse).encode()
+        command = (motor.hold_mv, peltier_permille, *motor.pulse)
         if command == self._sent and not switches and 0.0 <= since_s < COMMAND_REFRESH_S:
             return
-        self.line.send(MessageId.TACTTIP_COMMAND, command)
+        self.line.send(MessageId.TACTTIP_COMMAND, TactTipCommand(*command).encode())
         self._sent, self._sent_s, self._turning = command, t_s, motor_rpm > 0.0
         self.commands.commanded(t_s)
         self._motor.commanded(t_s, motor.hold_mv)
