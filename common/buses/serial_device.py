@@ -115,11 +115,6 @@ class SerialDevice:
         return self._port is not None
 
     @property
-    def silent(self) -> bool:
-        """Whether the device is connected and has no data to read: then `poll` has nothing to do."""
-        return self.readable is False and self._port is not None
-
-    @property
     def problem(self) -> Exception | None:
         """Reason why no device is connected: DeviceAbsent or WrongDevice; None while connected or being identified."""
         return None if self.connected else self._opener.problem

@@ -76,8 +76,9 @@ class OperatorDevices:
         self._ready.look()
         stood_still_s = 0.0
         for module in self.tacttips.values():
-            module.read(t_s)
-            stood_still_s = max(stood_still_s, module.stood_still_s)
+            if module.line.readable is not False:
+                module.read(t_s)
+                stood_still_s = max(stood_still_s, module.stood_still_s)
         hand = self.exoskeleton.read(t_s, stood_still=stood_still_s > 0.0)
         self.tick.stood_still(max(stood_still_s, self.exoskeleton.stood_still_s))
         return hand

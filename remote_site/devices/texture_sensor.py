@@ -34,9 +34,6 @@ class TextureSensor(SerialDriver):
         One call returns at most _MOST_AT_ONCE chunks.
         After a standstill of the host's clock, older chunks are dropped.
         """
-        if self.line.silent and not self.waiting:
-            self.stood_still_s = 0.0
-            return None
         chunks = self.line.poll(TextureSamples)
         if chunks:
             self.waiting.extend([samples.counts for samples in chunks])

@@ -44,9 +44,6 @@ class ThermalSensor(SerialDriver):
 
     def read(self, t_s: float) -> PlateReading | None:
         """Return the newest reading since the last call, checked for plausibility at `t_s`, s; None without one."""
-        if self.line.silent:
-            self.stood_still_s = 0.0
-            return None
         readings = self.line.poll(ThermalReading)
         self.stood_still_s = self._standstill_s([reading.device_time_us for reading in readings])
         if not readings:
