@@ -15,7 +15,6 @@ import can
 import cantools
 from cantools.database.can import Database, Message
 
-from common.fingers import FINGERS
 from common.timing.timeouts import FRAME_S
 
 _BYTES = 8
@@ -239,8 +238,3 @@ class FrameReceiver:
     def _refuse(self, why: str) -> BadFrame:
         self.refused += 1
         return BadFrame(f"{self.name}: {why}")
-
-
-def by_finger(values: dict[str, float]) -> tuple[float, ...]:
-    """Return the five fingers' values of a decoded frame, in the order of `FINGERS`."""
-    return tuple(values[finger] for finger in FINGERS)

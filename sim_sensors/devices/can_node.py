@@ -1,6 +1,7 @@
 """Base class of the simulated CAN nodes: frames in with their time of arrival, frames out, set-points that expire."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
 from common.buses.can_frames import BadFrame, FrameReceiver, FrameSender, SentFrame
 from common.limits import MODULE_TIMEOUT_S
@@ -36,7 +37,7 @@ class CanNode(ABC):
         if receiver is None:
             return
         try:
-            values = receiver.decode(data)
+            values = receiver.values(data)
         except BadFrame:
             return
         self._heard_s[receiver.name] = now_s
@@ -54,18 +55,18 @@ class CanNode(ABC):
         """Return the frames of the next turn: the measurements, and in every fifth turn also the applied outputs."""
         frames = self._measured()
         if self._turns % STATE_EVERY == 0:
-            frames.append(self._state.named_frame(self._applied()))
+            frames.append(self._state.next_frame(self._applied()))
         self._turns += 1
         return self.transmitter.send(frames)
 
     @abstractmethod
-    def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
-        """Act on a good frame."""
+    def _obey(self, name: str, values: Sequence[float], now_s: float) -> None:
+        """Act on a good frame with these values, in the order of their bits."""
 
     @abstractmethod
     def _measured(self) -> list[SentFrame]:
         """Return frames with the present measurements."""
 
     @abstractmethod
-    def _applied(self) -> dict[str, float]:
-        """Return the present outputs as the values of the state frame."""
+    def _applied(self) -> Sequence[float]:
+        """Return the present outputs as the values of the state frame, in the order of their bits."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from common.buses.can_frames import FrameReceiver, FrameSender, SentFrame, by_finger
+from common.buses.can_frames import FrameReceiver, FrameSender, SentFrame
 from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S
 from sim_sensors.devices.can_node import CanNode
@@ -67,12 +67,13 @@ class Exoskeleton(CanNode):
             self._height_sender.next_frame([z_m * 1e3 for z_m in self._z_m]),
         ]
 
-    def _applied(self) -> dict[str, float]:
-        return {"enabled": float(self._enabled), **dict(zip(FINGERS, self._applied_n.tolist(), strict=True))}
+    def _applied(self) -> Sequence[float]:
+        return *self._applied_n.tolist(), float(self._enabled)
 
-    def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
-        self._enabled = values["enabled"] > 0.0
-        self._force_n = np.array(by_finger(values)) if self._enabled else _NO_FORCE
+    def _obey(self, name: str, values: Sequence[float], now_s: float) -> None:
+        *force_n, enabled = values
+        self._enabled = enabled > 0.0
+        self._force_n = np.array(force_n) if self._enabled else _NO_FORCE
         if not self._enabled:
             self._driven_since_s = None
         elif self._driven_since_s is None:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from common.buses.can_frames import FrameReceiver, FrameSender, SentFrame, by_finger
+from common.buses.can_frames import FrameReceiver, FrameSender, SentFrame
 from common.fingers import FINGERS
 from sim_sensors.devices.can_node import CanNode
 
@@ -80,16 +80,14 @@ class Telemanipulator(CanNode):
             forces.next_frame(self._measured_force_n),
         ]
 
-    def _applied(self) -> dict[str, float]:
-        return {
-            "released": float(self.released),
-            "hand_alive": float(self._hand_alive),
-            "heights_alive": float(self._heights_alive),
-        }
+    def _applied(self) -> Sequence[float]:
+        return float(self.released), float(self._hand_alive), float(self._heights_alive)
 
-    def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
+    def _obey(self, name: str, values: Sequence[float], now_s: float) -> None:
         if name == "HandSetpoint":
-            self._asked_pose = (values["x"] * 1e-3, values["y"] * 1e-3)
+            x_mm, y_mm = values
+            self._asked_pose = (x_mm * 1e-3, y_mm * 1e-3)
         else:
-            self._asked_z = np.array(by_finger(values)) * 1e-3
-            self._asked_release = values["released"] > 0.0 and not self.clings
+            *heights_mm, released = values
+            self._asked_z = np.array(heights_mm) * 1e-3
+            self._asked_release = released > 0.0 and not self.clings
