@@ -47,6 +47,14 @@ class Drawn(NamedTuple):
         return EvenStroke(trace.time_s, trace.pressure_v, trace.force_n, 1e-3 * trace.speed_mm_s)
 
 
+class Grooves(NamedTuple):
+    """Numbers of crossed grooves, of missed ones among them, and of impulses without a groove."""
+
+    crossed: int
+    missed: int
+    invented: int
+
+
 def strokes(each: int, seconds: float, seed: int) -> Iterator[Asked]:
     """Yield `each` strokes over each surface, for `seconds` each."""
     chance = np.random.default_rng([seed, 1])
@@ -76,7 +84,7 @@ def stroke_blocks(drawn: Drawn, table: SurfaceTable) -> list[StrokeBlock]:
     return list(felt(drawn.even, table))
 
 
-def grooves_counted(drawn: Drawn, begin_s: float, found_s: list[float]) -> tuple[int, int, int]:
+def grooves_counted(drawn: Drawn, begin_s: float, found_s: list[float]) -> Grooves:
     """Count crossed and missed grooves and false impulses, matched to 0.5 mm, from shortly after the stroke's start."""
     speed_mm_s, end_s = drawn.asked.speed_mm_s, drawn.trace.stroke_s[1] - 0.01
     begin_s += 0.08 + 1e3 * BEFORE_GROOVES_M / speed_mm_s
@@ -88,4 +96,4 @@ def grooves_counted(drawn: Drawn, begin_s: float, found_s: list[float]) -> tuple
         return sum(1 for time_s in meant if not len(others) or np.abs(others - time_s).min() > near_s)
 
     crossed = int(((true > begin_s) & (true < end_s)).sum())
-    return crossed, alone(true, found), alone(found, true)
+    return Grooves(crossed, alone(true, found), alone(found, true))

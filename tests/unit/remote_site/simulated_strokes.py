@@ -11,7 +11,7 @@ from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode
 from remote_site.texture.recorded.stroke_playback import EvenStroke, StrokeBlock, felt
 from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
-from studies.texture.strokes import Drawn, Grooves, grooves_counted, stroking
+from studies.texture.strokes import Asked, Drawn, Grooves, grooves_counted, stroking
 from tests.unit.remote_site.shipped_tables import SURFACES
 
 Array = NDArray[np.float64]
@@ -60,8 +60,9 @@ def drawn(surface: str, seed: int) -> StrokeTrace:
 def counted(trace: StrokeTrace, blocks: list[StrokeBlock]) -> Grooves:
     """Compare impulses with the grooves that were crossed."""
     speed_mm_s = float(np.median(trace.speed_mm_s[trace.speed_mm_s > 5.0]))
+    asked = Asked("", None, 0, speed_mm_s, math.nan)
     found_s = [impulse.time_s for block in blocks for impulse in block.texture.impulses]
-    return grooves_counted(Drawn("", None, speed_mm_s, math.nan, trace), stroking(blocks)[0].begin_s, found_s)
+    return grooves_counted(Drawn(asked, trace), stroking(blocks)[0].begin_s, found_s)
 
 
 def modes_of(trace: StrokeTrace) -> list[ExplorationMode]:
