@@ -13,7 +13,7 @@ ROOTS = (
     "remote_site.site",
     "sim_sensors.remote_devices",
     "studies.pieces",
-    "teletaction.cli",
+    "teletaction.command_line",
 )
 """What a process imports first."""
 NUMBERS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")

@@ -3,6 +3,7 @@
 import logging
 import os
 import re
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -86,6 +87,29 @@ def test_a_reader_that_ends_early_is_no_failed_check(words: list[str]) -> None:
     )
     os.close(output)
     assert (run.returncode, run.stderr) == (141, b"")
+
+
+INTERRUPTED_IMPORT = """
+import os, signal, sys
+class Interrupts:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupts())
+from teletaction.cli import main
+sys.exit(main(["--version"]))
+"""
+
+
+def test_ctrl_c_while_the_commands_are_imported_ends_silently() -> None:
+    result = subprocess.run([sys.executable, "-c", INTERRUPTED_IMPORT], capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stdout, result.stderr) == (-signal.SIGINT, "", "")
+
+
+def test_a_background_job_that_ignores_ctrl_c_is_not_ended_by_it() -> None:
+    program = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)" + INTERRUPTED_IMPORT
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stderr) == (0, "")
 
 
 def test_an_unknown_level_is_one_line() -> None:
