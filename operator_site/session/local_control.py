@@ -47,7 +47,7 @@ def answer_desk(
                 raise Refused(f"a fault is latched ({latched}): clear it first")
             if session.state is LinkState.DISCONNECTED and not client.engages_itself:
                 raise Refused("no remote site is connected: engage once it is")
-            client.want_engaged = True
+            client.engage()
         case "disengage":
             client.disengage(now_ns)
         case "estop":

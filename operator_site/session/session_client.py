@@ -16,7 +16,7 @@ from common.link.link_sides import OperatorSide
 from common.link.packet_filter import PacketFilter
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Session
-from common.timing.timeouts import SECOND_REFRESH_S, SESSION_SILENCE_S
+from common.timing.timeouts import MOTION_SILENCE_S, SECOND_REFRESH_S, SESSION_SILENCE_S
 from common.wire.messages import Touch, motion_packet, motion_rows, pack_hand
 from common.wire.noted_consent import NotedConsent
 from common.wire.packets import BadPacket, LinkState, WrongVersion
@@ -24,11 +24,13 @@ from common.wire.roughness_um import RoughnessUm
 from common.wire.session_messages import ASKED_BEFORE, Answer, Heartbeat, Request
 from common.wire.streams import STREAMS
 from operator_site.session.emergency_stop import SessionEmergencyStop
+from operator_site.session.growing_wait import GrowingWait
 from operator_site.session.remote_status import RemotePatient, late_motion, recording_stopped, remote_patient
 from operator_site.session.second_connections import SecondConnections
 
 log = logging.getLogger(__name__)
 
+NO_MOTION = "no motion reaches the remote site; check that its port link.base_port is open"
 SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 """Time without an answer to heartbeats after which the remote site counts as gone, ns; then hello is sent again."""
 LONGEST_DESCRIPTION = 80
@@ -39,6 +41,12 @@ _STATUS_NS = 1_000_000_000
 """Time between two requests for the status of a remote site without a fault, ns."""
 _OFTEN_NS = 200_000_000
 """The same where the remote site has a pain slider, or gets no motion, ns."""
+_OBJECTED_S = 1.0, 30.0
+"""First and longest wait before hello to a remote site that this site has refused, s."""
+_UNMOVED_S = 5.0, 60.0
+"""First and longest wait before engaging again where no motion reached the remote site, s."""
+_MOVED_NS = round(1.5e9 * MOTION_SILENCE_S)
+"""Time for which the sites stay engaged only if motion arrives, ns."""
 _BEAT_NS = round(1e9 / STREAMS["heartbeat"].rate_hz)
 _LONG_AGO_NS = -(10**18)
 _PACKETS_PER_S, _PACKETS_AT_ONCE = 100.0, 200
@@ -109,6 +117,8 @@ class SessionClient:
     _heard_ns: int = 0
     _engaged_ns: int = 0
     _second: SecondConnections = field(default_factory=SecondConnections)
+    _objected: GrowingWait = field(default_factory=lambda: GrowingWait(*_OBJECTED_S))
+    _unmoved: GrowingWait = field(default_factory=lambda: GrowingWait(*_UNMOVED_S))
 
     def __post_init__(self) -> None:
         self.stopping = SessionEmergencyStop(self.session)
@@ -177,7 +187,7 @@ class SessionClient:
         self.stopping.step(now_ns, unconfirmed)
         if self.session.ident:
             self._keep_up(now_ns, not_ready)
-        else:
+        elif self._objected.over(now_ns):
             self._ask("hello", now_ns, {**self.capabilities, "role": self.role})
 
     def _keep_up(self, now_ns: int, not_ready: str) -> None:
@@ -200,15 +210,25 @@ class SessionClient:
         if now_ns - self._asked_ns.get("status", _LONG_AGO_NS) >= interval_ns:
             self._ask("status", now_ns, {})
         if self._remote_let_go():
-            why = "the remote site is no longer engaged"
-            self.session.disengage(f"{why}: {self.remote_stale}" if self.remote_stale else why)
-            if not self.engages_itself:
-                self._withdraw()
+            self._let_go(now_ns)
+        elif self.both_engaged and now_ns - self._engaged_ns > _MOVED_NS:
+            self._unmoved.reset()
         wants = self.want_engaged and self.session.state is LinkState.CONNECTED
         if self.engages_itself or not wants:
             self._wanted_ns = now_ns
-        if self._in_time(wants) and wants and not not_ready:
+        if self._in_time(wants) and wants and not not_ready and self._unmoved.over(now_ns):
             self._ask("engage", now_ns, {"max_age_s": self.max_age_s}, self._wanted_ns)
+
+    def _let_go(self, now_ns: int) -> None:
+        """Disengage with the remote site; where no motion reached it, wait before engaging again."""
+        why, stale = "the remote site is no longer engaged", self.remote_stale
+        self.session.disengage(f"{why}: {stale}" if stale else why)
+        if not self.engages_itself:
+            self._withdraw()
+        elif stale:
+            wait_s = self._unmoved.fail(now_ns)
+            self.refusal = f"{NO_MOTION}; this site engages again after {wait_s:g} s"
+            log.warning("%s", self.refusal)
 
     def _in_time(self, wants: bool) -> bool:
         """Return whether the clock offset is known well enough to judge the age of packets.
@@ -268,6 +288,11 @@ class SessionClient:
         packet = Request(self.session.ident, self._sequence, time_ns, verb, details).encode()
         if self.link.send("control", packet):
             self._asked = {**dict(list(self._asked.items())[-20:]), self._sequence: verb}
+
+    def engage(self) -> None:
+        """Request engaging for a person: at once, also where earlier tries failed."""
+        self.want_engaged = True
+        self._unmoved.reset()
 
     def stop(self, now_ns: int) -> None:
         """Stop both sites in an emergency: latch here at once, and ask the remote site until it answers."""
@@ -407,7 +432,9 @@ class SessionClient:
             self.session.ident = ident
             self.goodbye(now_ns)
             self.session.ident = 0
+            self._objected.fail(now_ns)
             return objection
+        self._objected.reset()
         self.want_engaged = self.want_engaged and self.engages_itself
         self.session.connect(ident, f"calibration {self.remote.get('calibration', 'unknown')}")
         self.clock = ClockOffset()

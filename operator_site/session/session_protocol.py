@@ -80,6 +80,9 @@ class SessionProtocol(SessionEnd, Protocol):
     def send_motion(self, now_ns: int, x_m: float, y_m: float, z_m: Sequence[float]) -> bytes | None:
         """Send the hand's place and the fingertips' heights (5,), m; return the packet, None where none was sent."""
 
+    def engage(self) -> None:
+        """Request engaging for a person."""
+
     def stop(self, now_ns: int) -> None:
         """Stop in an emergency: latch at once."""
 

@@ -97,6 +97,10 @@ class VirtualSession:
         self.acceptance.accept(self.touch, ident, now_ns, offset_ns=0, uncertainty_ns=0)
         return motion_packet(ident, self._sequence, now_ns, state, floats)
 
+    def engage(self) -> None:
+        """Request engaging for a person."""
+        self.want_engaged = True
+
     def stop(self, now_ns: int) -> None:
         """Latch an emergency stop at once."""
         self.want_engaged = False

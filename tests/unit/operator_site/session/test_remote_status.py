@@ -42,7 +42,8 @@ def test_motion_that_does_not_arrive_is_known_while_engaged_and_explains_the_pau
     assert pair.client.session.paused == "the remote site is no longer engaged: no motion for 1.20 s"
     assert pair.client.remote_stale == "", "what is not engaged waits for no motion"
     assert pair.asked("status", 1_000) == 1
-    pair.client.want_engaged, pair.remote.state = True, LinkState.ENGAGED
+    pair.client.engage()
+    pair.remote.state = LinkState.ENGAGED
     pair.run(400)
     pair.answer("engage", max_age_s=0.15)
     assert pair.client.session.engaged

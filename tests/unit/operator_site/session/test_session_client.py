@@ -185,13 +185,78 @@ def test_the_capabilities_of_the_remote_site_are_those_of_its_answer(pair: Pair)
 def test_an_incompatible_remote_site_is_reported_once(caplog: pytest.LogCaptureFixture) -> None:
     foreign = Pair()
     for _ in range(5):
-        foreign.run(200)
+        hellos = foreign.remote.count("hello")
+        while foreign.remote.count("hello") == hellos:
+            foreign.run(200)
         foreign.answer("hello", session=IDENT, **{**ABLE, "layout": "another"})
         assert "laid out differently" in foreign.client.refusal
         assert foreign.client.session.ident == 0
     assert foreign.remote.count("goodbye") == 5, "it shall not wait for this operator"
     assert foreign.client.session.take_happenings() == [], "there was no session"
     assert caplog.text.count("laid out differently") == 1
+
+
+def test_a_remote_site_that_this_site_refuses_is_asked_less_and_less_often() -> None:
+    """The remote site logs two lines of each session that begins."""
+    pair, asked = Pair(), []
+    pair.client.calibration = "another"
+    for _ in range(120):
+        if pair.asked("hello", 1_000):
+            pair.answer("hello", session=IDENT, first_motion=FIRST_MOTION, **ABLE)
+            asked.append(pair.remote.now_ns)
+            assert pair.client.refusal == "the remote site is calibrated with abc, this site expects another"
+    assert 5 <= len(asked) <= 9
+    assert (asked[-1] - asked[-2]) * 1e-9 == pytest.approx(30.0, abs=1.1)
+    pair.client.calibration = "abc"  # as after a restart of the remote site with the right table
+    while not pair.asked("hello", 1_000):
+        pass
+    pair.answer("hello", session=IDENT, first_motion=FIRST_MOTION, **ABLE)
+    assert (pair.client.session.state, pair.client.refusal) == (LinkState.CONNECTED, "")
+
+
+def test_an_old_clock_ends_the_wait_for_a_refused_remote_site() -> None:
+    pair = Pair()
+    pair.client.calibration = "another"
+    pair.run(10)
+    pair.answer("hello", session=IDENT, first_motion=FIRST_MOTION, **ABLE)
+    assert pair.asked("hello", 500) == 0
+    pair.remote.now_ns -= 10**11
+    assert pair.asked("hello", 500) > 0
+
+
+def test_without_motion_the_site_engages_again_later_and_later_and_says_why(
+    pair: Pair, caplog: pytest.LogCaptureFixture
+) -> None:
+    pair.client.want_engaged = pair.client.engages_itself = True
+    engaged = []
+    for _ in range(300):
+        if pair.asked("engage", 1_000):
+            engage_without_motion(pair)
+            engaged.append(pair.remote.now_ns)
+            assert pair.client.refusal.startswith("no motion reaches the remote site; check that")
+    assert 5 <= len(engaged) <= 8
+    assert caplog.text.count("engages again after 60 s") >= 1
+    pair.client.engage()
+    assert pair.asked("engage", 400) > 0, "a person may try at any time"
+    pair.answer("engage", max_age_s=0.15)
+    pair.remote.state = LinkState.ENGAGED
+    pair.run(10_000)
+    assert pair.client.refusal == "", "motion arrives"
+    engage_without_motion(pair)
+    assert pair.client.refusal.endswith("engages again after 5 s"), "the failures before do not count"
+
+
+def engage_without_motion(pair: Pair) -> None:
+    """The remote site grants engaging, gets no motion, and ends it."""
+    if not pair.client.session.engaged:
+        pair.answer("engage", max_age_s=0.15)
+    pair.remote.state = LinkState.ENGAGED
+    pair.run(1_200)
+    pair.answer("status", stale="no motion yet")
+    pair.run(3_800)
+    pair.remote.state = LinkState.CONNECTED
+    pair.run(10)
+    assert pair.client.session.state is LinkState.CONNECTED
 
 
 def test_a_late_answer_to_a_repeated_hello_refuses_nothing() -> None:
