@@ -4,8 +4,9 @@ import errno
 import os
 import re
 import secrets
+import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
@@ -13,6 +14,8 @@ from common.files.no_room import NO_ROOM
 
 PART = re.compile(r"(\.[0-9a-f]{8})?\.part$")
 """End of the name of a file that is being made, or that a killed process has left."""
+_LEFT_AFTER_S = 3600.0
+"""Time without a change after which no process writes an unfinished file any more, s."""
 _FLAGS = os.O_WRONLY | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
@@ -51,7 +54,8 @@ def create_private(path: Path, *, replace: bool = False) -> IO[bytes]:
 def replacing(path: Path) -> Iterator[Path]:
     """Give the path of a file to make; once it is whole, it replaces the one at `path`. A failure leaves that one.
 
-    Each call gives another path, as two commands may write the same file. A device at `path` is given as it is.
+    Each call gives another path, as two commands may write the same file. A device at `path` is given as it is. What a
+    killed process has left of this file is removed in the end.
 
     Raises:
         OSError: `path` is a symbolic link, cannot be replaced, or has no room.
@@ -62,6 +66,7 @@ def replacing(path: Path) -> Iterator[Path]:
         yield made
         if made != path:
             made.replace(path)
+            _remove_left(path)
     except BaseException as error:
         discard(made)
         if isinstance(error, OSError) and _is_of(error, made):
@@ -81,6 +86,17 @@ def creating(path: Path) -> Iterator[Path]:
     with replacing(path) as made:
         yield made
         _refuse_existing(path)
+
+
+def _remove_left(path: Path) -> None:
+    """Remove unfinished files of `path`, just written, that have not changed for an hour."""
+    with suppress(OSError), os.scandir(path.parent) as entries:
+        latest_s = path.stat().st_mtime - _LEFT_AFTER_S
+        for entry in entries:
+            if (end := entry.name.removeprefix(path.name)) != entry.name and PART.fullmatch(end):
+                status = entry.stat(follow_symlinks=False)
+                if stat.S_ISREG(status.st_mode) and status.st_mtime < latest_s:
+                    os.unlink(entry.path)
 
 
 def _refuse_existing(path: Path) -> None:

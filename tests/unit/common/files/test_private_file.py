@@ -178,3 +178,15 @@ def test_a_file_that_must_not_exist_is_absent_until_it_is_whole_and_replaces_non
 def test_a_device_is_written_and_stays() -> None:
     write_private(Path(os.devnull), b"x")
     assert Path(os.devnull).is_char_device()
+
+
+def test_what_a_killed_process_left_is_removed_an_hour_later(tmp_path: Path) -> None:
+    path = tmp_path / "report.html"
+    names = ["report.html.0123abcd.part", "report.html.part", "other.html.0123abcd.part", "report.html.mine.part"]
+    live = tmp_path / "report.html.89abcdef.part"
+    for name in names:
+        (tmp_path / name).write_text("half", "utf-8")
+        os.utime(tmp_path / name, (0.0, 0.0))
+    live.write_text("another command is writing it", "utf-8")
+    write_private(path, b"whole")
+    assert {each.name for each in tmp_path.iterdir()} == {path.name, live.name, *names[2:]}
