@@ -28,7 +28,10 @@ def summarise_command(
     key: Key = None,
     as_json: Json = False,
 ) -> None:
-    """Merge the recordings of a session whose processes were started one by one; write summary and report."""
+    """Merge the recordings of a session whose processes were started one by one; write summary and report.
+
+    A session on real devices gets no summary.
+    """
     from teletaction.recordings.machine_verdict import machine_verdict
     from teletaction.session.conclude import conclude, incomplete_of
     from teletaction.session.terminal import say, show
@@ -38,6 +41,10 @@ def summarise_command(
     summary = conclude(recordings, out, given, show)
     if as_json:
         print_json(summary)
+    if not summary:
+        say("no summary: it compares with simulated devices, whose recordings are not there")
+        say(f"recording {out / 'session.mcap'}, report {out / 'report.html'}")
+        return
     for line in filter(None, (machine_verdict(summary), *incomplete_of(summary))):
         say(line)
     say(f"summary {out / 'summary.json'}, report {out / 'report.html'}")

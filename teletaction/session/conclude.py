@@ -20,7 +20,8 @@ from teletaction.report.examination import Examination
 from teletaction.report.found_lumps import found_lumps
 from teletaction.report.found_targets import found_targets
 from teletaction.report.report import write_report
-from teletaction.session.demo_files import CONSOLE, NETWORK, PROCESSES
+from teletaction.report.session_report import report
+from teletaction.session.demo_files import CONSOLE, NETWORK, PROCESSES, SIMULATORS, SITES
 from teletaction.session.launcher_figures import LauncherFigures
 
 _SESSION = {"scene", "seed", "fingers"}
@@ -41,6 +42,9 @@ def conclude(
 
     The folder of a demo then loses the recordings of its processes, unless one of them is incomplete.
 
+    A session on real devices has no recordings of simulators, and so no truth: recording and report are made of what
+    the folder has, without a summary.
+
     Args:
         folder: folder with `PROCESS.mcap` and `PROCESS.json` (status) of all processes. A restarted process adds
             `PROCESS-1.mcap` and so on; a simulated network adds `network.json`, and a demo `launcher.json`.
@@ -48,12 +52,18 @@ def conclude(
         given: `scene`, `seed` and number of `fingers` of the session, where they are not those that it recorded.
         stage: is called with a description of each stage of the work.
 
+    Returns:
+        The summary; empty for a session on real devices.
+
     Raises:
         ValueError: the scene is unknown, or a recording or a status is missing or cannot be read.
         OSError: `out` cannot be written.
     """
     if "scene" in given:
         load_scene(given["scene"])  # a wrong one is named before anything is written
+    if real := _of_real_devices(folder):
+        _conclude_real(real, out, stage)
+        return {}
     recordings = [path for name in PROCESSES for path in recordings_of(folder, name)]
     if any(folder.glob(f"{CONSOLE}*.mcap")):
         recordings += recordings_of(folder, CONSOLE)
@@ -94,6 +104,23 @@ def conclude(
     return summary
 
 
+def _of_real_devices(folder: Path) -> list[Path]:
+    """Return the recordings of a session without simulators; none where a simulator or both sites are missing."""
+    found = {name: _recordings(folder, name) for name in (*PROCESSES, CONSOLE)}
+    if any(found[name] for name in SIMULATORS) or not any(found[name] for name in SITES):
+        return []
+    return [path for paths in found.values() for path in paths]
+
+
+def _conclude_real(recordings: Sequence[Path], out: Path, stage: Callable[[str], None]) -> None:
+    """Write `session.mcap` and `report.html` of a session on real devices."""
+    out.mkdir(parents=True, exist_ok=True)
+    stage("merging the recordings")
+    merge_recordings(list(recordings), out / "session.mcap")
+    stage("drawing the report")
+    report([out / "session.mcap"], out / "report.html")
+
+
 def _recorded(examination: Examination) -> dict[str, Any]:
     """Return scene, seed and number of fingers that the simulated remote site recorded."""
     text = examination.facts.get("sim-remote", {}).get("configuration", "")
@@ -122,11 +149,20 @@ def recordings_of(folder: Path, process: str) -> list[Path]:
     Raises:
         ValueError: the process has no recording.
     """
+    found = _recordings(folder, process)
+    if found:
+        return found
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: no such folder")
+    missing = f"{folder}: no recording of {process} ({process}.mcap)"
+    if (merged := folder / "session.mcap").exists():
+        raise ValueError(f"{missing}; {merged} is merged already: `teletaction report` makes its report")
+    raise ValueError(missing)
+
+
+def _recordings(folder: Path, process: str) -> list[Path]:
     name = re.compile(rf"{re.escape(process)}(-\d+)?\.mcap")
-    found = sorted(path for path in folder.glob("*.mcap") if name.fullmatch(path.name))
-    if not found:
-        raise ValueError(f"{folder}: no recording of {process} ({process}.mcap)")
-    return found
+    return sorted(path for path in folder.glob("*.mcap") if name.fullmatch(path.name))
 
 
 def _status(path: Path) -> dict[str, Any]:

@@ -34,7 +34,11 @@ from sim_sensors.network.file import is_file, load_network
 from teletaction.session.demo_ports import HOST, DemoPorts
 from teletaction.session.session_rates import DEFAULT, Rates
 
-PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
+SIMULATORS = ("sim-remote", "sim-operator")
+"""Names of the processes that simulate devices."""
+SITES = ("remote", "operator")
+"""Names of the processes of both sites."""
+PROCESSES = (*SIMULATORS, *SITES)
 """Names of the processes of every session."""
 CONSOLE = "console"
 """Name of the further process of a session that a person runs in a browser."""

@@ -1,5 +1,6 @@
 """A session's recordings brought together, whole or cut by a killed process."""
 
+import shutil
 from pathlib import Path
 
 import msgpack
@@ -11,7 +12,8 @@ from common.recording.recorder import Recorder
 from common.version import software_version
 from teletaction.recordings.merge import ORIGIN, merge_recordings
 from teletaction.session.conclude import conclude, recordings_of
-from teletaction.session.demo_files import PROCESSES
+from teletaction.session.demo_files import PROCESSES, SITES
+from tests.commands import command
 from tests.unit.teletaction.held_recordings import held
 from tests.writer_thread import write_in_a_thread
 
@@ -95,3 +97,26 @@ def test_a_wrong_scene_or_a_missing_recording_is_named_before_anything_is_writte
     refuse(r"sim-remote\.json: missing")
     (tmp_path / "sim-remote.json").write_text("{")
     refuse(r"sim-remote\.json: not a status file")
+
+
+def test_a_missing_folder_and_a_merged_session_are_named(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="absent: no such folder"):
+        conclude(tmp_path / "absent", tmp_path / "out", {})
+    (tmp_path / "session.mcap").touch()
+    with pytest.raises(ValueError, match=r"session\.mcap is merged already: `teletaction report` makes its report"):
+        conclude(tmp_path, tmp_path / "out", {})
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.long
+def test_a_session_on_real_devices_gets_recording_and_report_but_no_summary(session: Path, tmp_path: Path) -> None:
+    """Only simulators know the truth that a summary compares with."""
+    for site in SITES:
+        shutil.copy(session.with_name(f"{site}.mcap"), tmp_path)
+    outcome = command("summarise", "--recordings", tmp_path, "--out", tmp_path / "out")
+    assert (outcome.code, outcome.out) == (0, ""), outcome
+    assert "no summary: it compares with simulated devices" in outcome.err
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"session.mcap", "report.html"}
+    assert {path.name for path in tmp_path.glob("*.mcap")} == {f"{site}.mcap" for site in SITES}
+    streams = {stream for stream, *_ in held(tmp_path / "out" / "session.mcap")}
+    assert {"operator/touch", "remote/touch"} <= streams
