@@ -54,7 +54,8 @@ def compare_folders(old: Path, new: Path, names: Sequence[str] = tuple(STUDIES))
         elif any(there):
             alone.append(name)
     if not compared:
-        raise ValueError(f"{old} and {new} have no study in common")
+        absent = "".join(f"; there is no folder {folder}" for folder in (old, new) if not folder.is_dir())
+        raise ValueError(f"{old} and {new} have no study in common{absent}")
     return changes, alone
 
 

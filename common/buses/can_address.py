@@ -4,7 +4,7 @@ import re
 from typing import Literal
 
 import can
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationError, field_validator
 
 from common.buses.serial_port import DeviceAbsent
 from common.buses.socketcand_bus import GatewayBus
@@ -57,4 +57,8 @@ def can_address(text: str) -> CanAddress | None:
     found = _GATEWAY.fullmatch(text) if interface == "socketcand" else _LOCAL.fullmatch(text)
     if found is None:
         raise ValueError(f"{text}: a CAN bus is socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL")
-    return CanAddress.model_validate({"interface": interface, **found.groupdict()})
+    try:
+        return CanAddress.model_validate({"interface": interface, **found.groupdict()})
+    except ValidationError as error:
+        problem = error.errors()[0]
+        raise ValueError(f"{text}: {problem['loc'][0]}: {problem['msg'].removeprefix('Value error, ')}") from None

@@ -59,6 +59,11 @@ _MAY_OBSERVE = (Direction.TO_OBSERVERS, Direction.BOTH)
 _ENDS = zmq.EVENT_DISCONNECTED | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
 _ATTEMPTS = zmq.EVENT_CONNECT_DELAYED | zmq.EVENT_CONNECT_RETRIED | zmq.EVENT_CONNECTED
 _NOT_HERE = "no address of this host; set bind in [link] to one, or to 0.0.0.0 for all"
+_NOT_BOUND = {
+    errno.ENODEV: _NOT_HERE,
+    errno.EADDRNOTAVAIL: _NOT_HERE,
+    errno.EADDRINUSE: "the port is in use; end the program that has it, or give both sites another base_port in [link]",
+}
 _OUTCOMES = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
 _OPEN_PER_S = 2.0
 """Maximum long-term rate at which streams are connected again, 1/s."""
@@ -97,7 +102,7 @@ class RemoteLink(CurveSockets):
                 self._bind(stream)
             except zmq.ZMQError as error:
                 self.close()
-                why = _NOT_HERE if error.errno in (errno.ENODEV, errno.EADDRNOTAVAIL) else error.strerror
+                why = _NOT_BOUND.get(error.errno or 0, error.strerror)
                 raise LinkProblem(f"{self._address(stream)} ({stream.name}): {why}") from None
 
     def requests(self, stream: str) -> list[Received]:

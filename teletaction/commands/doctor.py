@@ -11,6 +11,8 @@ from teletaction.commands.failed import Failed
 
 app = typer.Typer()
 
+PORTS = Path("/dev/serial/by-id")
+"""Folder in which udev names serial ports; it is missing where there are none."""
 WARNING = (
     "This drives each device in turn: motors for half a second with up to 1 V, Peltier elements for 1 s with 300 "
     "thousandths, the exoskeleton with 0.3 N on each finger, the telemanipulator by 1 mm (its fingers first down by up "
@@ -27,9 +29,7 @@ def doctor(
         bool, typer.Option("--exercise", help="Also drive each device a little; asks for confirmation first.")
     ] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask; nobody touches the devices.")] = False,
-    ports: Annotated[Path, typer.Option(help="Folder of serial ports to look for devices in.")] = Path(
-        "/dev/serial/by-id"
-    ),
+    ports: Annotated[Path, typer.Option(help="Folder of serial ports to look for devices in.")] = PORTS,
     as_json: Json = False,
 ) -> None:
     """Find and name each device of a site's configuration; check keys, files and clocks; say what to do."""
@@ -67,4 +67,5 @@ def _list(ports: Path, as_json: bool) -> None:
     for one in found if not as_json else ():
         typer.echo(f"{one.address}: {printable(one.words)}")
     if not any(one.good for one in found):
-        raise Failed(f"no device answers at the serial ports in {ports} or on a CAN interface of this host")
+        absent = "" if ports == PORTS or ports.is_dir() else f"; there is no folder {ports}"
+        raise Failed(f"no device answers at the serial ports in {ports} or on a CAN interface of this host{absent}")

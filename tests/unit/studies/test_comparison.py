@@ -205,7 +205,8 @@ def test_files_that_cannot_be_compared_are_one_line_and_exit_2(
     line = one_line(command("study", "--compare", *folders), 2)
     assert words in line
     assert str(folders[1] / "soak.json") in line
-    assert "no study in common" in one_line(command("study", "--compare", folders[0], folders[0] / "none"), 2)
+    line = one_line(command("study", "--compare", folders[0], folders[0] / "none"), 2)
+    assert f"no study in common; there is no folder {folders[0] / 'none'}" in line
 
 
 def test_a_change_has_all_its_numbers() -> None:

@@ -192,7 +192,7 @@ def test_either_side_may_start_first_and_return(keys: Keys, base_port: int) -> N
 def test_a_port_in_use_is_a_link_problem_and_leaves_nothing_behind(keys: Keys, base_port: int, offset: int) -> None:
     taken = base_port + offset
     with socket.create_server(("127.0.0.1", taken)):  # noqa: SIM117 - the port is taken before it is tried
-        with pytest.raises(LinkProblem, match=rf"tcp://127\.0\.0\.1:{taken} .*in use"):
+        with pytest.raises(LinkProblem, match=rf"tcp://127\.0\.0\.1:{taken} .*in use; end the program that has it"):
             remote_link(keys, base_port)
     with remote_link(keys, base_port):
         pass

@@ -94,6 +94,11 @@ def test_nothing_is_driven_without_confirmation(
         (("socketcand://nowhere",), "a CAN bus is socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL"),
         (("socket://127.0.0.1",), "a device behind TCP is socket://HOST:PORT"),
         (("socketcan:can77",), "can77 is no CAN interface of this host: deploy/network/README.md"),
+        (
+            ("socketcand://[::1]:29536/can0",),
+            "socketcand://[::1]:29536/can0: host: a CAN gateway needs a name or an IPv4",
+        ),
+        (("socketcand://gateway:99999/can0",), "socketcand://gateway:99999/can0: port: Input should be less than"),
         (("socketcan:can0", "--device", "tacttip"), "a tacttip is a serial device, not on CAN"),
         (("/dev/none", "--device", "exoskeleton"), "the exoskeleton is on CAN"),
         (("socketcan:can0", "--finger", "index"), "a CAN node serves all fingers"),

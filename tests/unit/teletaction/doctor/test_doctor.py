@@ -76,7 +76,9 @@ def test_devices_that_answer_are_named_without_a_configuration(ports: Path, tmp_
     result = command("doctor", "--ports", ports)
     assert result.code == 0
     assert f"{good.address}: index tacttip, serial number TT0001" in result.out
-    assert "no device answers" in one_line(command("doctor", "--ports", tmp_path / "nothing"), 1)
+    line = one_line(command("doctor", "--ports", tmp_path / "nothing"), 1)
+    assert "no device answers" in line
+    assert line.endswith(f"; there is no folder {tmp_path / 'nothing'}")
 
 
 def test_unknown_devices_are_not_driven_and_exercises_are_duties_of_the_page() -> None:
