@@ -21,12 +21,13 @@ _C = TypeVar("_C", bound=BaseModel)
 
 
 class StopSignal:
-    """True after SIGTERM or SIGINT."""
+    """True after SIGTERM, SIGINT, or SIGHUP of a closed terminal; `nohup` lets a process ignore the last one."""
 
     def __init__(self) -> None:
         self.stopped = False
-        for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, self._stop)
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, self._stop)
 
     def __call__(self) -> bool:
         """Return whether to stop."""

@@ -63,3 +63,21 @@ def test_a_wrong_line_of_a_room_is_one_line_with_its_name(room: str, arguments: 
 def test_a_process_without_output_is_reported_as_silent(tmp_path: Path) -> None:
     (tmp_path / "remote.log").write_text("\n", "utf-8")
     assert SessionProcesses(tmp_path).last_words("remote") == "its log is empty"
+
+
+UNTIL_STOPPED = """
+import os, signal, sys
+from common.process import StopSignal
+signal.signal(signal.SIGHUP, getattr(signal, sys.argv[1]))
+stop = StopSignal()
+os.kill(os.getpid(), signal.SIGHUP)
+print("stopped" if stop() else "continues")
+"""
+
+
+@pytest.mark.parametrize(("handler", "outcome"), [("SIG_DFL", "stopped"), ("SIG_IGN", "continues")])
+def test_a_closed_terminal_ends_a_process_in_order_unless_nohup_started_it(handler: str, outcome: str) -> None:
+    """Without an orderly end the far site waits for a silent one, and the status file stays as it was."""
+    command = [sys.executable, "-c", UNTIL_STOPPED, handler]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=50, check=False)
+    assert (ended.returncode, ended.stdout.strip()) == (0, outcome)
