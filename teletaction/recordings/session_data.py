@@ -1,7 +1,9 @@
 """Reads a recorded session as arrays: sent and rendered values, and the true ones at fingers and patient."""
 
+from array import array
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from operator import itemgetter
 from pathlib import Path
@@ -9,7 +11,6 @@ from typing import Any, Self
 
 import numpy as np
 from msgspec.structs import asdict, replace
-from numpy.typing import NDArray
 
 from common.faults.texts import said_fault
 from common.link.session_state import Happening
@@ -20,10 +21,9 @@ from common.wire.messages import TOUCH_COLUMN, Touch
 from common.wire.packets import N
 from operator_site.recorded_rows import Rendered, Skin
 from remote_site.recorded_rows import Gate
+from teletaction.recordings.columns import Columns, Floats, Values, as_floats
 from teletaction.recordings.merge import ORIGIN
 from teletaction.recordings.recorded_rows import STREAMS, read
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +90,9 @@ class SessionData:
             OSError: the file cannot be read.
             ValueError: the recording is truncated or damaged; the message names place and remedy.
         """
-        times: dict[str, list[float]] = defaultdict(list)
+        times: dict[str, array[float]] = defaultdict(lambda: array("d"))
         entries: dict[str, list[Any]] = defaultdict(list)
+        columns = {stream: Columns(values) for stream, values in _COLUMNS.items()}
         leads_s: dict[str, float] = {}
         with open_recording(path) as file:
             reader = RecordingReader(path, file)
@@ -105,18 +106,18 @@ class SessionData:
                 if channel.topic == "remote/event":
                     entry = replace(entry, time_ns=entry.time_ns - lead_ns)
                 times[channel.topic].append(message.log_time * 1e-9)
-                entries[channel.topic].append(entry)
+                columns.get(channel.topic, entries[channel.topic]).append(entry)
         counts = {stream: count for stream, count in reader.counts.items() if count}
         thermal: dict[int, list[dict[str, Any]]] = defaultdict(list)
         for time_s, row in zip(times["remote/thermal"], entries["remote/thermal"], strict=True):
             thermal[row.finger].append({"time_s": time_s, **asdict(row)})
         return cls(
-            touch=_touches(times["remote/touch"], entries["remote/touch"]),
-            rendered=_rows(times["operator/rendered"], entries["operator/rendered"], Rendered),
-            gate=_rows(times["remote/gate"], entries["remote/gate"], Gate),
-            fingertips=_maps(times["truth_fingertips"], entries["truth_fingertips"]),
-            contact=_maps(times["truth_contact"], entries["truth_contact"]),
-            skin=_rows(times["operator/skin"], entries["operator/skin"], Skin),
+            touch=Series(np.array(times["remote/touch"]), columns["remote/touch"].arrays()),
+            rendered=Series(np.array(times["operator/rendered"]), columns["operator/rendered"].arrays()),
+            gate=Series(np.array(times["remote/gate"]), columns["remote/gate"].arrays()),
+            fingertips=Series(np.array(times["truth_fingertips"]), columns["truth_fingertips"].arrays()),
+            contact=Series(np.array(times["truth_contact"]), columns["truth_contact"].arrays()),
+            skin=Series(np.array(times["operator/skin"]), columns["operator/skin"].arrays()),
             thermal=dict(thermal),
             truth_events=_timed(times["truth_event"], entries["truth_event"]),
             sent_events=[asdict(row) for row in entries["remote/event"]],
@@ -144,27 +145,34 @@ def _said(happening: Happening) -> str:
     return happening.text or said_fault(happening.fault) or asked
 
 
-def _array(values: list[Any]) -> Floats:
-    return np.array(values, dtype=np.float64)  # None becomes NaN
-
-
-def _rows(time_s: list[float], rows: list[Any], kind: type[Row]) -> Series:
+def _rows(kind: type[Row]) -> Values:
     names = [name for name in kind.__struct_fields__ if name != "fault"]
-    return Series(np.array(time_s), {name: _array([getattr(row, name) for row in rows]) for name in names})
+    return lambda rows: {name: as_floats([getattr(row, name) for row in rows]) for name in names}
 
 
-def _maps(time_s: list[float], maps: list[dict[str, Any]]) -> Series:
+def _maps(maps: list[dict[str, Any]]) -> dict[str, Floats]:
     numeric = [name for name, value in (maps[0] if maps else {}).items() if not isinstance(value, str)]
-    return Series(np.array(time_s), {name: _array([entry[name] for entry in maps]) for name in numeric})
+    return {name: as_floats([entry[name] for entry in maps]) for name in numeric}
 
 
-def _touches(time_s: list[float], touches: list[Touch]) -> Series:
+def _touches(touches: list[Touch]) -> dict[str, Floats]:
     blocks = np.array([touch.block for touch in touches], dtype=np.float64).reshape(len(touches), N, len(TOUCH_COLUMN))
     values = {name: blocks[:, :, column] for name, column in TOUCH_COLUMN.items()}
-    values["sequence"] = _array([touch.sequence for touch in touches])
-    values["state"] = _array([int(touch.state) for touch in touches])
-    return Series(np.array(time_s), values)
+    values["sequence"] = as_floats([touch.sequence for touch in touches])
+    values["state"] = as_floats([int(touch.state) for touch in touches])
+    return values
 
 
-def _timed(time_s: list[float], maps: list[dict[str, Any]]) -> list[dict[str, Any]]:
+_COLUMNS: dict[str, Values] = {
+    "remote/touch": _touches,
+    "operator/rendered": _rows(Rendered),
+    "remote/gate": _rows(Gate),
+    "truth_fingertips": _maps,
+    "truth_contact": _maps,
+    "operator/skin": _rows(Skin),
+}
+"""Values of the streams whose messages are read as arrays."""
+
+
+def _timed(time_s: Iterable[float], maps: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{"time_s": t, **entry} for t, entry in zip(time_s, maps, strict=True)]

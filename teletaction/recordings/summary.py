@@ -14,8 +14,9 @@ from common.fingers import FINGERS, chosen_fingers
 from common.limits import MOTOR_STILL_S
 from common.scenes.scene import SceneObject
 from common.wire.messages import EventKind, ExplorationMode, ThermalStatus
+from teletaction.recordings.columns import Floats
 from teletaction.recordings.incidents import faults, incomplete_recordings, interruptions
-from teletaction.recordings.session_data import Floats, SessionData
+from teletaction.recordings.session_data import SessionData
 from teletaction.recordings.true_touches import SHORTEST_TOUCH_S, Touch, true_touches
 
 MODES = tuple(mode.name.lower() for mode in ExplorationMode)

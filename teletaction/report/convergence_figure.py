@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from common.wire.messages import ThermalStatus
 from teletaction.plotting.figure_layout import WIDTH_IN, Margins
 from teletaction.plotting.figure_style import BLACK, FINGER_COLOURS, FINGER_DASHES, finger_keys, shown_name
-from teletaction.recordings.session_data import Floats
+from teletaction.recordings.columns import Floats
 from teletaction.recordings.true_touches import SHORTEST_TOUCH_S
 from teletaction.report.finger_panels import ANSWERING
 from teletaction.report.session_curves import SessionCurves, SharedTouch

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from common.fingers import FINGERS, chosen_fingers
-from teletaction.recordings.session_data import Floats, Series, SessionData
+from teletaction.recordings.columns import Floats
+from teletaction.recordings.session_data import Series, SessionData
 from teletaction.recordings.true_touches import Touch, true_touches
 
 _TOGETHER_S = 0.3
