@@ -7,14 +7,13 @@ from typing import Any
 from mcap.writer import CompressionType, Writer
 
 from common.files.private_file import create_private, replacing, write_private
+from teletaction.export.foxglove_layout import LAYOUT
 from teletaction.export.log_entries import LOG_SCHEMA, log_entry
 from teletaction.export.map_images import IMAGE_SCHEMA, map_images
 from teletaction.export.named_fields import Named, Schema, finite
 from teletaction.export.named_recording import NamedMessage, NamedRecording
 from teletaction.export.topics import TOPICS
 
-LAYOUT = Path(__file__).with_name("foxglove_layout.json")
-"""Panels that show a session: forces, temperatures, motors, modes, materials, maps and events."""
 LOG_NAME = "foxglove.Log"
 """Name of the schema of log entries, which Foxglove knows."""
 
@@ -55,7 +54,7 @@ def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
             writer.add_message(channel, recording.end_ns, json.dumps(image).encode(), recording.end_ns)
             counts[f"map/{quantity}"] = 1
         writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
-    write_private(out / "layout.json", LAYOUT.read_bytes())
+    write_private(out / "layout.json", LAYOUT)
     return counts
 
 

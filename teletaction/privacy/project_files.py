@@ -12,7 +12,7 @@ from common.recording.mcap_records import HEAD_BYTES
 from common.recording.mcap_records import MAGIC as MCAP
 from teletaction.export.columns import TIME_COLUMNS, table_name
 from teletaction.export.fhir import REPORT
-from teletaction.export.foxglove import LAYOUT
+from teletaction.export.foxglove_layout import LAYOUT
 from teletaction.export.topics import TOPICS
 from teletaction.mapping.write_map import COLUMNS as MAP_COLUMNS
 from teletaction.report.pdf import MARK as PDF_MARK
@@ -84,7 +84,7 @@ _KINDS: tuple[tuple[str, _Test], ...] = (
     ("export", _named(r"findings\.fhir\.json", b'"Bundle"', REPORT.encode())),
     ("export", _named(r"findings\.dcm", b"DICM", b"teletaction")),
     ("export", _named(r"session\.rrd", b"RRF", b"teletaction")),
-    ("export", lambda _name, start, _end: start == LAYOUT.read_bytes()),
+    ("export", lambda _name, start, _end: start == LAYOUT),
     ("map", _named(r"map\.csv", ",".join(MAP_COLUMNS).encode())),
     ("map", _named(r"map\.json", b'"presses"', b'"next_press_mm"')),
     ("map", _named(r"map\.png", b"\x89PNG", b"Matplotlib")),
