@@ -1,6 +1,6 @@
 """Writes a session's report as one self-contained HTML file."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from common.files.private_file import write_private
-from common.fingers import FINGERS
+from common.fingers import FINGERS, chosen_fingers
 from teletaction.plotting.figure_style import STYLE
 from teletaction.recordings.machine_verdict import machine_verdict
 from teletaction.recordings.session_data import SessionData
@@ -136,7 +136,8 @@ def write_report(
     Raises:
         OSError: `out` cannot be written.
     """
-    session = SessionCurves.of(data, summary.get("fingers") or _fingers(examination))
+    count = summary.get("fingers")
+    session = SessionCurves.of(data, chosen_fingers(count) if count else _fingers(examination))
     with mpl.rc_context(STYLE):
         write_private(out, str(_page(session, summary, examination)).encode())
 
@@ -228,11 +229,11 @@ def _measured(session: SessionCurves, summary: Mapping[str, Any]) -> Node:
     ]
 
 
-def _fingers(examination: Examination | None) -> int:
-    """Return the number of fingers with a module at the operator site; all fingers if it is not recorded."""
+def _fingers(examination: Examination | None) -> Sequence[str]:
+    """Return the fingers with a module at the operator site; all fingers if they are not recorded."""
     devices = None if examination is None else examination.figures.get("devices")
-    modules = [name for name in devices if "tacttip" in str(name)] if isinstance(devices, Mapping) else []
-    return min(len(modules), len(FINGERS)) or len(FINGERS)
+    known = devices if isinstance(devices, Mapping) else {}
+    return [finger for finger in FINGERS if f"{finger} tacttip" in known] or FINGERS
 
 
 def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:

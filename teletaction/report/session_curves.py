@@ -1,12 +1,12 @@
 """Extracts from a session what figures draw: curves of one finger, spans of one mode, touches of one object."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from common.fingers import FINGERS, chosen_fingers
+from common.fingers import FINGERS
 from teletaction.recordings.columns import Floats
 from teletaction.recordings.session_data import Series, SessionData
 from teletaction.recordings.true_touches import Touch, true_touches
@@ -69,15 +69,15 @@ class SessionCurves:
     touches: tuple[Touch, ...]
 
     @classmethod
-    def of(cls, data: SessionData, fingers: int = len(FINGERS)) -> "SessionCurves":
-        """Find the session's start and touches; raises ValueError where `fingers` is not in 1..5."""
+    def of(cls, data: SessionData, fingers: Sequence[str] = FINGERS) -> "SessionCurves":
+        """Find the session's start and touches; `fingers` are those in use."""
         series = [s for s in (data.touch, data.rendered, data.gate, data.fingertips, data.contact) if len(s)]
         first_s = min((float(s.time_s[0]) for s in series), default=0.0)
         last_s = max((float(s.time_s[-1]) for s in series), default=first_s)
         engaged = np.flatnonzero(data.rendered.values.get("engaged", np.empty(0)) > 0)
         zero_s = float(data.rendered.time_s[engaged[0]]) if len(engaged) else first_s
         shown_s = (max(first_s - zero_s, -1.0), max(last_s - zero_s, 1e-3))
-        used = tuple(FINGERS.index(name) for name in chosen_fingers(fingers))
+        used = tuple(map(FINGERS.index, fingers))
         return cls(data, used, zero_s, shown_s, tuple(true_touches(data.truth_events, shown_s[1], zero_s)))
 
     def curve(self, series: Series, name: str, finger: int) -> Curve | None:

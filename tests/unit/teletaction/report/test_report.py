@@ -9,8 +9,10 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+from common.fingers import FINGERS
 from common.wire.messages import ThermalStatus
 from teletaction.recordings.session_data import Series, SessionData
+from teletaction.report.examination import Examination
 from teletaction.report.report import write_report
 from teletaction.report.report_limits import reached
 from teletaction.report.report_words import contacts_table, histogram_table, tally_table
@@ -225,6 +227,13 @@ def test_streams_may_be_missing(tmp_path: Path, streams: tuple[str, ...]) -> Non
     data = SessionData(**(parts | {name: {} if name == "thermal" else EMPTY for name in streams}))
     _, page = report(tmp_path, data, summary(fingers=1))
     assert len(page.pictures) == len(FIGURES) + 1 - ("thermal" in streams)
+
+
+def test_a_site_with_some_modules_is_reported_by_its_own_fingers(tmp_path: Path) -> None:
+    site = Examination(figures={"devices": {"little tacttip": {}, "thumb tacttip": {}, "exoskeleton": {}}})
+    write_report(session(), {}, tmp_path / "report.html", site)
+    text = Page((tmp_path / "report.html").read_text("utf-8")).text
+    assert [finger for finger in FINGERS if f"{finger} (s)" in text] == ["thumb", "little"]
 
 
 @pytest.mark.long
