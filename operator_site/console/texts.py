@@ -224,14 +224,16 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def consents_differ(here: Sequence[str] | None, there: Sequence[str] | None) -> str:
-    """Return how the patient's answers of both sites differ, each with what may be recorded; None for no answer."""
+def consents_differ(here: Sequence[str] | None, there: Sequence[str] | None, agreed: Sequence[str] | None) -> str:
+    """Return how the patient's answers of both sites differ, None for no answer, and what is agreed to by both."""
+    counts = f"Counts: {_kinds(agreed)}."
     if here is None or there is None:
-        answer = ", ".join(here or there or ["nothing"])
-        return f"No answer noted {'here' if here is None else 'at the remote site'}. Counts: {answer}."
-    both = ", ".join(kind for kind in here if kind in there) or "nothing"
-    here_all, there_all = ", ".join(here) or "nothing", ", ".join(there) or "nothing"
-    return f"Patient's answers differ: here {here_all}; remote {there_all}. Counts: {both}."
+        return f"No answer noted {'here' if here is None else 'at the remote site'}. {counts}"
+    return f"Patient's answers differ: here {_kinds(here)}; remote {_kinds(there)}. {counts}"
+
+
+def _kinds(agreed: Sequence[str] | None) -> str:
+    return ", ".join(agreed or ()) or "nothing"
 
 
 def short(text: str) -> str:
@@ -289,9 +291,9 @@ def plate_over(name: str, plate_c: float) -> str:
     return f"{capital(name)}: plate {plate_c:.1f} °C, over {PLATE_FAULT_C:.1f}. Heat is off."
 
 
-def plate_held(name: str, limit_c: float) -> str:
-    """Return the alarm for a plate that is held at its limit, C."""
-    return f"{capital(name)}: plate held at {limit_c:.1f} °C limit. Lift the finger."
+def plate_held(name: str, plate_c: float) -> str:
+    """Return the alarm for a plate, C, that is held at its limit."""
+    return f"{capital(name)}: plate at {plate_c:.1f} °C, held at its limit. Lift the finger."
 
 
 def site_slow(rate_hz: object, wanted_hz: object) -> str:
@@ -394,16 +396,16 @@ def cut_off(pseudonym: str, findings: int, files: Sequence[str]) -> str:
 def ended(
     seconds: float,
     findings: int,
-    gaps: int,
+    lost: int,
     *,
     recorded: bool = True,
     unsaved: int = 0,
     placeless: int = 0,
     withdrawn: int = 0,
 ) -> str:
-    """Return the summary of an examination that ended: its duration, its findings, and gaps in its recording."""
+    """Return the summary of an examination that ended: duration, findings, messages that the recording lost."""
     text = f"{duration(seconds)}, {count(findings, 'finding')}{f' ({withdrawn} withdrawn)' if withdrawn else ''}"
-    text = f"Saved: {text}, {count(gaps, 'gap')}." if recorded else f"Not recorded: {text}."
+    text = f"Saved: {text}, {count(lost, 'message')} lost." if recorded else f"Not recorded: {text}."
     if unsaved:
         text = f"{count(unsaved, 'finding')} not yet on disk."
     return f"{text} Report has {count(placeless, 'finding')} without a place." if placeless else text

@@ -283,7 +283,7 @@ class Stage:
                 state="connected",
                 pseudonym=None,
                 recording=False,
-                saved={"text": "Saved: 12 min 41 s, 1 finding, 0 gaps.", "report": "/report/P-0417.html"},
+                saved={"text": "Saved: 12 min 41 s, 1 finding, 0 messages lost.", "report": "/report/P-0417.html"},
             )
         elif verb == "finding":
             findings = self.scenario.state["findings"]

@@ -356,7 +356,7 @@ def unknown() -> Scenario:
         "object_c_sd": 2.1,
         "object_c_uncertain": True,
     }
-    return scenario.alarm("plate-index", "medium", "Index: plate held at 42.0 °C limit. Lift the finger.")
+    return scenario.alarm("plate-index", "medium", "Index: plate at 42.0 °C, held at its limit. Lift the finger.")
 
 
 def cannot_identify() -> Scenario:

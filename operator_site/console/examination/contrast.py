@@ -88,16 +88,17 @@ def _same(found: Contrast) -> bool:
     return size < LEAST[found.quantity] or size < CLEAR * sd
 
 
-def propose(here: ExploredPlace, around: ExploredPlace) -> dict[str, Any]:
+def propose(here: ExploredPlace, around: ExploredPlace, scale: RoughnessUm | None) -> dict[str, Any]:
     """Return what to show before a finding is saved: the proposed kind, and the contrast of each kind in words.
 
-    `text` is for a place without a proposed kind: the contrasts of all measured quantities.
+    A roughness is in um where its `scale` holds, else a level of 10, as in the finding. `text` is for a place without a
+    proposed kind: the contrasts of all measured quantities.
     """
     kinds = {}
     for kind, quantity in QUANTITY.items():
         found = contrast_of(kind, here, around)
         kinds[kind] = {
-            "text": compared(kind, here, around) or NOT_COMPARED.format(quantity=quantity),
+            "text": compared(kind, here, around, scale) or NOT_COMPARED.format(quantity=quantity),
             "confidence": "none" if found is None else found.confidence,
         }
     every = {quantity: contrast_of(kind, here, around) for kind, quantity in QUANTITY.items() if kind not in _LESS}

@@ -50,6 +50,8 @@ class ExaminationRequests:
         self.console, self._journal, self._disengage, self._contained = console, journal, disengage, contained
         self.reporting = Reporting((), None) if reporting is None else reporting
         self.saved: dict[str, Any] | None = None
+        self._lost_before = 0
+        """Number of messages that the site's recording had lost when the examination began."""
         self._writing: set[asyncio.Task[None]] = set()
         self.verbs: dict[str, Act] = {
             "begin": self._begin,
@@ -71,7 +73,7 @@ class ExaminationRequests:
         examination.begin(now_s, details.get("pseudonym"), details.get("sides"), details.get("body"))
         self.console.begin_map()
         self._journal.forget()
-        self.saved = None
+        self.saved, self._lost_before = None, self._lost
         self._write_session("begin", client, str(examination.pseudonym), now_s)
         return Answer(True, texts.SESSION.format(pseudonym=examination.pseudonym))
 
@@ -89,7 +91,7 @@ class ExaminationRequests:
         text = texts.ended(
             now_s - began_s,
             len(findings),
-            int(site.figures.get("recording_lost", 0)),
+            max(0, self._lost - self._lost_before),
             recorded=self.console.recording,
             unsaved=sum(not self._journal.is_saved(finding) for finding in examination.findings),
             placeless=sum(finding.x_m is None and not finding.withdrawn for finding in findings),
@@ -100,6 +102,11 @@ class ExaminationRequests:
         self._writing.add(writing)
         writing.add_done_callback(self._writing.discard)
         return Answer(True, f"{warning}{text}")
+
+    @property
+    def _lost(self) -> int:
+        """Number of messages that the site's recording has lost since the site's start."""
+        return int(self.console.site.figures.get("recording_lost", 0))
 
     async def _write_report(self, saved: dict[str, Any], text: str, pseudonym: str) -> None:
         """Write the report and put its address, or the failure, into the summary of the examination."""

@@ -49,7 +49,7 @@ def propose_kind(surface: TactileMap, details: dict[str, Any], tenderness: Tende
         Refused: the details have no place.
     """
     x_m, y_m = _place_m(details)
-    proposed = propose(surface.at(x_m, y_m), surface.around(x_m, y_m))
+    proposed = propose(surface.at(x_m, y_m), surface.around(x_m, y_m), surface.roughness_um)
     return Answer(True, "", proposed if tenderness is None else propose_tender(proposed, tenderness, x_m, y_m))
 
 

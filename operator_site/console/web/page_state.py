@@ -221,7 +221,7 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
         | ({"text": texts.NO_SOUND} if around.sound == "refused" else {}),
     ]
     if consent.agreed is not None:
-        text = texts.consents_differ(consent.here, consent.there)
+        text = texts.consents_differ(consent.here, consent.there, consent.agreed)
         found.append(_check("consent", not consent.differs, text, texts.SAME_CONSENT))
     return found
 

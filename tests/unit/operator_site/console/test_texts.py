@@ -24,15 +24,15 @@ def test_alarms_say_where_what_and_what_to_do() -> None:
     assert texts.remote_fault(stopped) == "Remote site: emergency stop there. It stands still."
     unread = Fault(FaultCode.CONTAINED, detail="read: ValueError in " + "x" * 300)
     assert texts.fault(unread).startswith("Program error: read: ValueError in x")
-    assert texts.plate_held("index", 42.0) == "Index: plate held at 42.0 °C limit. Lift the finger."
+    assert texts.plate_held("index", 42.0) == "Index: plate at 42.0 °C, held at its limit. Lift the finger."
     assert texts.link_slow(210.2, 8.1) == "Link slow: 210 ± 8 ms. Move slowly."
     assert texts.no_data(0.7) == "No data for 0.7 s. Screen is not live."
     assert texts.device_lost("ring") == "Ring module lost. Ring feels nothing."
     assert texts.device_absent("ring") == "Ring module absent."
     said = "STOP NOT CONFIRMED: Index, remote hand. Use the hardware switch."
     assert texts.not_confirmed(["index", "remote hand"]) == said
-    assert texts.ended(761.0, 3, 0) == "Saved: 12 min 41 s, 3 findings, 0 gaps."
-    assert texts.ended(59.6, 1, 1) == "Saved: 1 min 0 s, 1 finding, 1 gap."
+    assert texts.ended(761.0, 3, 0) == "Saved: 12 min 41 s, 3 findings, 0 messages lost."
+    assert texts.ended(59.6, 1, 1) == "Saved: 1 min 0 s, 1 finding, 1 message lost."
 
 
 def test_no_alarm_is_longer_than_its_line() -> None:

@@ -150,7 +150,7 @@ def test_a_plate_over_its_limit_is_one_alarm_and_its_fault_is_none_beside_it(con
 
 def test_a_plate_at_its_limit_is_one_to_act_on_soon(console: Console) -> None:
     console.take("operator/rendered", 102 * S, rendered(plate_c=41.9, limited=int(Limit.PLATE_TEMPERATURE)))
-    assert (Priority.MEDIUM, "Index: plate held at 41.9 °C limit. Lift the finger.") in shown(console, 102.0)
+    assert (Priority.MEDIUM, "Index: plate at 41.9 °C, held at its limit. Lift the finger.") in shown(console, 102.0)
 
 
 def test_a_fault_is_shown_until_it_is_cleared(console: Console) -> None:

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from common.link.session_state import Refused
 from common.recording.clock_anchor import boot_id
-from operator_site.console.examination.contrast import contrast_of, contrast_text, propose
+from common.wire.roughness_um import RoughnessUm
+from operator_site.console.examination.contrast import compared, contrast_of, contrast_text, propose
 from operator_site.console.examination.examination import LONGEST_REASON, Examination, Finding
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.resume import unfinished
@@ -207,16 +208,24 @@ def test_confidence_is_in_the_difference_and_not_in_the_value(
 
 def test_a_proposal_says_where_there_is_no_difference() -> None:
     same = TISSUE._replace(stiffness=Measured(612.0, 12.0, 4, 9.0))
-    proposed = propose(same, TISSUE)
+    proposed = propose(same, TISSUE, None)
     assert proposed["kind"] is None
     assert proposed["kinds"]["stiff"]["text"] == "no different from its surroundings (1.02 ± 0.04 times)"
     assert proposed["text"].startswith("no different from its surroundings (roughness 1.0 ± 0.2 times, temperature")
-    wrong = propose(TISSUE._replace(stiffness=Measured(300.0, 9.0, 4, 9.0)), TISSUE)
+    wrong = propose(TISSUE._replace(stiffness=Measured(300.0, 9.0, 4, 9.0)), TISSUE, None)
     assert wrong["kind"] == "soft"
     assert wrong["kinds"]["stiff"]["text"].startswith("not stiffer than its surroundings (0.50 ±")
-    unknown = propose(NOWHERE, TISSUE)
+    unknown = propose(NOWHERE, TISSUE, None)
     assert unknown["kinds"]["warm"]["confidence"] == "none"
     assert "too few touches" in unknown["text"]
+
+
+def test_a_proposal_has_the_unit_of_the_finding() -> None:
+    scale = RoughnessUm(ln_um=4.0, exponent=0.8, ln_sd=0.1, least_v=0.001, most_v=1.0)
+    rough = TISSUE._replace(roughness=Measured(0.09, 0.003, 4, 9.0))
+    proposed = propose(rough, TISSUE, scale)["kinds"]["rough"]["text"]
+    assert proposed == compared("rough", rough, TISSUE, scale)
+    assert "µm around it" in proposed
 
 
 @pytest.mark.parametrize("record", [None, {}, {"quantity": "stiffness"}, {"quantity": 1, "value": "x", "sd": 1.0}])

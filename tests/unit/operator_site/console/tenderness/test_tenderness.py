@@ -162,7 +162,8 @@ def test_the_circle_proposes_a_tender_finding_and_says_how_sure_it_is(live: Cons
     surface = live.tactile_map
 
     def proposed(x_m: float, y_m: float) -> dict[str, Any]:
-        return propose_tender(propose(surface.at(x_m, y_m), surface.around(x_m, y_m)), live.tenderness, x_m, y_m)
+        places = surface.at(x_m, y_m), surface.around(x_m, y_m)
+        return propose_tender(propose(*places, None), live.tenderness, x_m, y_m)
 
     assert is_most_tender(live.tenderness, *CENTRE_M)
     assert proposed(*CENTRE_M)["kind"] == "tender"

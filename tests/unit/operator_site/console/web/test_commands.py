@@ -194,6 +194,14 @@ def test_a_session_has_a_study_number_and_ends_with_what_was_kept(workplace: Wor
     assert [record["what"] for record in workplace.journal.of("console/session")] == ["begin", "end"]
 
 
+def test_an_examination_counts_the_messages_that_were_lost_in_it(workplace: Workplace) -> None:
+    figures = workplace.console.site.figures
+    figures["recording_lost"] = 7
+    workplace.ask("begin", pseudonym="P-0418")
+    figures.update(recording_lost=9, recorded=True)
+    assert "2 messages lost" in workplace.ask("end").text
+
+
 def test_a_note_after_the_end_says_that_the_report_may_lack_it(workplace: Workplace) -> None:
     assert workplace.ask("begin", pseudonym="P-0417").ok
     assert workplace.ask("finding", finger="index", kind="warm", at_s=101.0).ok
