@@ -47,6 +47,11 @@ class Outcome:
     words: str
 
 
+def all_good(outcomes: Iterable[Outcome], words: str) -> Outcome:
+    """Return the first bad outcome, after which nothing more is tried; if all are good, a good one with these words."""
+    return next((outcome for outcome in outcomes if not outcome.good), Outcome(True, words))
+
+
 class NotApplicable(Exception):
     """The duty cannot be tested on this device at present; the text gives the reason."""
 

@@ -9,7 +9,7 @@ from common.buses.serial_messages import (
     TactTipCommand,
     encode_frame,
 )
-from teletaction.conformance.checklist import Checklist, NotApplicable, Outcome
+from teletaction.conformance.checklist import Checklist, NotApplicable, Outcome, all_good
 from teletaction.conformance.every_module import device_times_s, pace_of
 from teletaction.conformance.module_talk import ANSWER_S, ModuleTalk, Span, damaged
 
@@ -35,14 +35,6 @@ def _ignores(talk: ModuleTalk, wrong: bytes, what: str) -> Outcome:
     if not talk.ask(2.0 * ANSWER_S):
         return Outcome(False, f"no answer to a good IDENTIFY after {what}")
     return Outcome(True, f"{what}: ignored")
-
-
-def _all(talk: ModuleTalk, wrong: dict[str, bytes]) -> Outcome:
-    for what, data in wrong.items():
-        outcome = _ignores(talk, data, what)
-        if not outcome.good:
-            return outcome
-    return Outcome(True, f"ignored: {', '.join(wrong)}")
 
 
 @DISTURBED.duty("S11", "A good frame with an unknown id, or a command of another kind of device, changes nothing")
@@ -92,7 +84,7 @@ def _damaged(talk: ModuleTalk) -> Outcome:
         "3 bytes": b"\x04\x01\x02\x03\0",
         f"{MAX_FRAME + 1} bytes": _too_long(talk),
     }
-    return _all(talk, wrong)
+    return all_good((_ignores(talk, data, what) for what, data in wrong.items()), f"ignored: {', '.join(wrong)}")
 
 
 def _too_long(talk: ModuleTalk) -> bytes:

@@ -12,6 +12,7 @@ from teletaction.conformance.checklist import (
     NotApplicable,
     Outcome,
     acting_s,
+    all_good,
     phases,
     require_punctual,
     span_s,
@@ -136,11 +137,7 @@ def _feeds(drives: Drives, wrong: bytes, what: str) -> Outcome:
 
 def _all_refused(drives: Drives, wrong: dict[str, bytes]) -> Outcome:
     drives.ready()
-    for what, data in wrong.items():
-        outcome = _feeds(drives, data, what)
-        if not outcome.good:
-            return outcome
-    return Outcome(True, f"refused: {', '.join(wrong)}")
+    return all_good((_feeds(drives, data, what) for what, data in wrong.items()), f"refused: {', '.join(wrong)}")
 
 
 @DRIVEN.duty(

@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 from common.buses.serial_messages import BadPayload, DeviceKind, Frame, FrameReader, Identity, MessageId, encode_frame
 from common.buses.serial_port import BAUD, DeviceAbsent, open_port
@@ -23,26 +22,8 @@ _READ_S = 0.002
 _FULL_S = 0.5
 
 
-class ModuleEnd(Protocol):
-    """The host's end of a line, with the host's clock."""
-
-    address: str
-
-    def now(self) -> float:
-        """Return the host's time, s."""
-
-    def send(self, data: bytes) -> None:
-        """Put bytes on the line."""
-
-    def receive(self, seconds: float) -> Iterator[tuple[float, bytes]]:
-        """Yield the bytes of the next `seconds` as they arrive, in pieces with their time of arrival, s."""
-
-    def look_away(self, seconds: float) -> None:
-        """Wait for `seconds` without reading."""
-
-
 class PortEnd:
-    """A serial port, a pseudo terminal, or a `socket://` address, in real time."""
+    """The host's end of a line, with the host's clock: a serial port, a pseudo terminal, or a `socket://` address."""
 
     def __init__(self, address: str) -> None:
         """Open the port for exclusive use.
@@ -71,7 +52,7 @@ class PortEnd:
             raise DeviceAbsent(f"{self.address}: {error}") from None
 
     def receive(self, seconds: float) -> Iterator[tuple[float, bytes]]:
-        """Yield the bytes of the next `seconds`, read at least every 2 ms.
+        """Yield the bytes of the next `seconds` with their time of arrival, s, read at least every 2 ms.
 
         Raises:
             DeviceAbsent: the line is gone.
@@ -128,7 +109,7 @@ class ModuleTalk:
     """
 
     def __init__(
-        self, end: ModuleEnd, expected_kind: DeviceKind | None = None, expected_finger: int | None = None
+        self, end: PortEnd, expected_kind: DeviceKind | None = None, expected_finger: int | None = None
     ) -> None:
         """Ask the module for its identity; raises DeviceAbsent without an answer and without `expected_kind`."""
         self.end = end

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import Protocol
 
 import can
 
@@ -70,26 +69,8 @@ TELEMANIPULATOR = NodeKind(
 KINDS = {kind.name: kind for kind in (EXOSKELETON, TELEMANIPULATOR)}
 
 
-class NodeEnd(Protocol):
-    """The host's end of a bus, with the host's clock."""
-
-    address: str
-
-    def now(self) -> float:
-        """Return the host's time, s."""
-
-    def send(self, message: can.Message) -> None:
-        """Put a frame on the bus."""
-
-    def receive(self, seconds: float) -> Iterator[can.Message]:
-        """Yield the frames of the next `seconds` as they arrive; their `timestamp` is the bus's."""
-
-    def waiting(self) -> Iterator[can.Message]:
-        """Yield the frames that have arrived and were not read."""
-
-
 class BusEnd:
-    """A CAN bus in real time."""
+    """The host's end of a CAN bus, with the host's clock; the `timestamp` of a frame is the bus's."""
 
     def __init__(self, address: CanAddress) -> None:
         """Open the bus; raises DeviceAbsent where it cannot be opened."""
@@ -128,7 +109,7 @@ class BusEnd:
         self._bus.shutdown()
 
 
-def name_of(end: NodeEnd) -> NodeName:
+def name_of(end: BusEnd) -> NodeName:
     """Return the name of the node on the bus, recognised by its state frames.
 
     Raises:
@@ -154,7 +135,7 @@ class NodeTalk:
         away_s: longest time between two calls of the last `repeat`, s, caused by the host.
     """
 
-    def __init__(self, end: NodeEnd, kind: NodeKind) -> None:
+    def __init__(self, end: BusEnd, kind: NodeKind) -> None:
         """Check by listening that no other host commands the node, and that it is of the expected kind.
 
         Raises:
