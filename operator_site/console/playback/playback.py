@@ -12,7 +12,7 @@ from contextlib import suppress
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple
 
 from common.faults.texts import said_fault
 from common.link.session_display import CONNECTED, DISCONNECTED, ENGAGED, FAULT, LOST, PAUSED, STOPPED
@@ -21,6 +21,7 @@ from common.privacy.recording_file import open_recording
 from common.recording.reader import RecordingReader
 from common.recording.recorded_fields import map_of, read_map
 from common.recording.recorded_row import Finite, Whole
+from operator_site.console.model import Console
 
 STREAMS = (
     "operator/touch",
@@ -56,14 +57,8 @@ _COMPRESSION = 1
 """Level of compression of a checkpoint, 0..9."""
 
 
-class Console(Protocol):
-    """A console that takes messages. It refers to no file and no clock, so that it can be pickled."""
-
-    def take(self, stream: str, time_ns: int, payload: bytes) -> None:
-        """Take one message with its time in the recording."""
-
-
-C = TypeVar("C", bound=Console)
+Message = tuple[str, int, bytes]
+"""Stream, time, ns, and payload."""
 
 
 class Mark(NamedTuple):
@@ -109,7 +104,7 @@ class Recording:
         """Length of the recording, s."""
         return (self.end_ns - self.start_ns) * 1e-9
 
-    def messages(self, from_ns: int, streams: tuple[str, ...] = STREAMS) -> Iterator[tuple[str, int, bytes]]:
+    def messages(self, from_ns: int, streams: tuple[str, ...] = STREAMS) -> Iterator[Message]:
         """Yield stream, time and payload of each message from `from_ns` on, in order of time."""
         for _, channel, message in self._reader.messages(streams, from_ns):
             yield channel.topic, message.log_time, message.data
@@ -190,7 +185,7 @@ _MODES = {
 """State of the session after each happening."""
 
 
-class Playback(Generic[C]):
+class Playback:
     """Plays a recording to a console. The wall clock is an argument, s, of any origin.
 
     Attributes:
@@ -203,15 +198,15 @@ class Playback(Generic[C]):
         checkpoints: state of the console at each multiple of the checkpoint interval after the start.
     """
 
-    def __init__(self, recording: Recording, make: Callable[[], C]) -> None:
+    def __init__(self, recording: Recording, make: Callable[[], Console]) -> None:
         self._recording = recording
         self._make = make
         every_s = max(CHECKPOINT_S, recording.length_s / MOST_CHECKPOINTS)
         self._every_ns = round(every_s * 1e9)
         self.checkpoints: list[bytes] = []
-        self._scout: tuple[C, Iterator[tuple[str, int, bytes]], tuple[str, int, bytes] | None] | None = None
-        self._waiting: tuple[str, int, bytes] | None = None
-        self._coming: tuple[C, Iterator[tuple[str, int, bytes]]] | None = None
+        self._scout: tuple[Console, Iterator[Message], Message | None] | None = None
+        self._waiting: Message | None = None
+        self._coming: tuple[Console, Iterator[Message]] | None = None
         """The whole console on its way to the present moment, while a preview is shown."""
         self.length_s, self.marks, self.title = recording.length_s, recording.marks(), recording.title()
         self._few = list(recording.messages(recording.start_ns, _FEW))
@@ -253,14 +248,17 @@ class Playback(Generic[C]):
 
     def seek(self, at_s: float, wall_s: float) -> None:
         """Jump to a moment, s from the start; a moment outside the recording becomes the nearest end."""
-        target = self._recording.start_ns + round(at_s * 1e9)
-        self._go_to(min(max(target, self._recording.start_ns), self._recording.end_ns))
+        self._go_to(self._moment_ns(at_s))
         self._anchor = (wall_s, self._now_ns)
+
+    def _moment_ns(self, at_s: float) -> int:
+        """Return a moment, s from the start, on the recording's clock and within it."""
+        start_ns, end_ns = self._recording.start_ns, self._recording.end_ns
+        return min(max(start_ns + round(at_s * 1e9), start_ns), end_ns)
 
     def preview(self, at_s: float, wall_s: float) -> None:
         """Jump to a moment as `seek` does, but show a preview of it."""
-        recording = self._recording
-        target = min(max(recording.start_ns + round(at_s * 1e9), recording.start_ns), recording.end_ns)
+        recording, target = self._recording, self._moment_ns(at_s)
         from_ns = max(recording.start_ns, target - round(PREVIEW_S * 1e9))
         self.jumps += 1
         self.partial, self._coming = True, None
@@ -290,9 +288,7 @@ class Playback(Generic[C]):
         if most:
             self._show(console, messages, None)  # the recording's end
 
-    def _show(
-        self, console: C, messages: Iterator[tuple[str, int, bytes]], waiting: tuple[str, int, bytes] | None
-    ) -> None:
+    def _show(self, console: Console, messages: Iterator[Message], waiting: Message | None) -> None:
         self.console, self._messages, self._waiting = console, messages, waiting
         self.partial, self._coming = False, None
         self.jumps += 1
@@ -345,12 +341,12 @@ class Playback(Generic[C]):
         self._waiting = None
         self._take_until(target_ns)
 
-    def _restore(self, number: int) -> tuple[C, int]:
+    def _restore(self, number: int) -> tuple[Console, int]:
         """Return the console at the time of checkpoint `number`, and that time, ns."""
         from_ns = self._recording.start_ns + number * self._every_ns
         if number == 0:
             return self._make(), from_ns
-        console: C = pickle.loads(zlib.decompress(self.checkpoints[number - 1]))
+        console: Console = pickle.loads(zlib.decompress(self.checkpoints[number - 1]))
         return console, from_ns
 
     def _take_until(self, target_ns: int) -> None:
@@ -358,12 +354,7 @@ class Playback(Generic[C]):
         self._now_ns = target_ns
 
 
-def _give(
-    console: Console,
-    messages: Iterator[tuple[str, int, bytes]],
-    waiting: tuple[str, int, bytes] | None,
-    before_ns: int,
-) -> tuple[str, int, bytes] | None:
+def _give(console: Console, messages: Iterator[Message], waiting: Message | None, before_ns: int) -> Message | None:
     """Give a console all messages before a time, the waiting one first; return the next one, or None at the end."""
     while (message := waiting or next(messages, None)) is not None:
         if message[1] >= before_ns:

@@ -66,7 +66,7 @@ def recording(path: Path) -> Iterator[Recording]:
     opened.close()
 
 
-def taken(made: Playback[Counting]) -> list[tuple[str, int, bytes]]:
+def taken(made: Playback) -> list[tuple[str, int, bytes]]:
     return made.console.taken
 
 
