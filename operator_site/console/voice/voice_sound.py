@@ -1,8 +1,9 @@
 """Holds one encoded sound, and packs it for the pages and for the recording; reads the sounds of a page."""
 
+import math
 import struct
 from dataclasses import asdict, dataclass
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, Self
 
 import msgpack
 
@@ -65,16 +66,8 @@ def clock_message(sent_s: float) -> bytes:
     return HEADER.pack(MAGIC, VERSION, 0, 0.0, sent_s, 0.0)
 
 
-class PageSound(NamedTuple):
-    """One sound of a page; `captured_s` is when it begins, s of the page's clock."""
-
-    sequence: int
-    captured_s: float
-    content: bytes
-
-
-def read_page_sound(message: bytes) -> PageSound:
-    """Return the sound of a page's message.
+def read_page_sound(message: bytes) -> VoiceSound:
+    """Return the sound of a page's message; it begins at a time of the page's clock, of unknown uncertainty, NaN.
 
     Raises:
         ValueError: it is no such message, its sound is empty or too large, or its time is not finite.
@@ -84,4 +77,4 @@ def read_page_sound(message: bytes) -> PageSound:
     magic, version, sequence, captured_s = PAGE_HEADER.unpack_from(message)
     if (magic, version) != (MAGIC, VERSION) or not abs(captured_s) < 1e9:
         raise ValueError("not a sound of version 1")
-    return PageSound(sequence, captured_s, message[PAGE_HEADER.size :])
+    return VoiceSound("to_remote", sequence, captured_s, math.nan, message[PAGE_HEADER.size :])

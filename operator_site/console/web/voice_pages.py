@@ -4,7 +4,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from common.files.constants import within
@@ -124,4 +124,4 @@ class VoicePages(StreamPages[Listener]):
             return
         page.said_s = self._clock_s()
         captured_s = sound.captured_s - page.clock.offset_ns * 1e-9
-        self._say(VoiceSound("to_remote", sound.sequence, captured_s, uncertainty_ns * 1e-9, sound.content))
+        self._say(replace(sound, captured_s=captured_s, uncertainty_s=uncertainty_ns * 1e-9))

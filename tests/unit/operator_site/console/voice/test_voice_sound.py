@@ -13,7 +13,6 @@ from operator_site.console.voice.voice_sound import (
     MAGIC,
     PAGE_HEADER,
     VERSION,
-    PageSound,
     VoiceSound,
     clock_message,
     read_page_sound,
@@ -50,7 +49,8 @@ def test_a_message_for_a_page_has_a_header_of_28_bytes() -> None:
 @given(st.integers(0, 2**32 - 1), seconds, contents)
 def test_a_pages_sound_is_read(sequence: int, captured_s: float, content: bytes) -> None:
     packed = PAGE_HEADER.pack(MAGIC, VERSION, sequence, captured_s) + content
-    assert read_page_sound(packed) == PageSound(sequence, captured_s, content)
+    sound = read_page_sound(packed)
+    assert (sound.sequence, sound.captured_s, sound.content) == (sequence, captured_s, content)
 
 
 @pytest.mark.parametrize(
