@@ -8,10 +8,8 @@ from typing import Any
 from msgspec import inspect
 
 from common.fingers import FINGERS
-from common.link.session_state import Happening
 from common.recording.recorded_fields import unpack
 from common.recording.recorded_row import Row
-from common.tenderness.patient_row import Patient
 from common.wire.messages import (
     OBJECT_UNKNOWN_SD_K,
     Event,
@@ -29,10 +27,6 @@ from common.wire.touch_summary import TouchSummary
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.examination.journal import SCHEMAS as CONSOLE_STREAMS
 from operator_site.console.voice.voice_sound import VoiceSound
-from operator_site.coupling.coupling import Coupling
-from operator_site.recorded_rows import Clock, Played, Rendered, RenderingInput, Skin
-from remote_site.devices.sensor_frame import SensorFrame
-from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from sim_sensors.truth_log import OPERATOR_STREAMS, REMOTE_STREAMS
 from teletaction.export.named_fields import (
     Named,
@@ -45,7 +39,7 @@ from teletaction.export.named_fields import (
     object_schema,
     schema_of,
 )
-from teletaction.recordings.recorded_rows import read
+from teletaction.recordings.recorded_rows import ROWS, read
 
 _TEXT: Schema = {"type": "string"}
 
@@ -75,23 +69,6 @@ _ROW_CODES: dict[str, Naming] = {
     "status": _name_of(ThermalStatus),
 }
 """Fields of recorded rows that hold a code."""
-
-
-_ROWS: dict[str, type[Row]] = {
-    "remote/session": Happening,
-    "remote/sensed": SensorFrame,
-    "remote/gate": Gate,
-    "remote/event": SentEvent,
-    "remote/patient": Patient,
-    "remote/thermal": Thermal,
-    "operator/session": Happening,
-    "operator/coupling": Coupling,
-    "operator/input": RenderingInput,
-    "operator/rendered": Rendered,
-    "operator/skin": Skin,
-    "operator/played": Played,
-    "operator/clock": Clock,
-}
 
 
 def _row(kind: type[Row]) -> Topic:
@@ -261,7 +238,7 @@ TOPICS: dict[str, Topic] = {
     "operator/touch": _TOUCH,
     "remote/note": Topic(_note, {"type": "object", "properties": {"text": _TEXT}}),
     "operator/figures": _FREE,
-    **{stream: _row(kind) for stream, kind in _ROWS.items()},
+    **{stream: _row(kind) for stream, kind in ROWS.items()},
     **{stream: _truth(stream, schema) for stream, schema in (OPERATOR_STREAMS | REMOTE_STREAMS).items()},
     **dict.fromkeys(CONSOLE_STREAMS, _FREE),
     "console/camera": _CAMERA,
