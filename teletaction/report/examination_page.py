@@ -226,15 +226,12 @@ def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None, scale: Rou
     lines: list[Node] = [finding["compare"]] if finding.get("compare") else []
     if here is not None:
         known = [
-            f"{quantity} {shown(value_text(quantity, value, scale))} "
-            f"({value.touches} touch{'es' if value.touches != 1 else ''})"
+            f"{quantity} {value_text(quantity, value, scale)} ({texts.count(value.touches, 'touch')})"
             for quantity in UNITS
             if (value := getattr(here, quantity)) is not None
         ]
         if here.material is not None:
-            known.append(
-                f"material {shown(texts.named(here.material[0]))} ({100.0 * here.material[1]:.0f} % of the touches)"
-            )
+            known.append(f"material {texts.named(here.material[0])} ({100.0 * here.material[1]:.0f} % of the touches)")
         lines.append("Within 3 mm by the end: " + ("; ".join(known) or "nothing felt") + ".")
     if finding.get("note"):
         lines.append(["Note: ", h.span(".note")[finding["note"]]])
@@ -256,7 +253,7 @@ def _completeness(examination: Examination) -> str:
     late_s = 0.0 if began_s is None or from_s is None else from_s - float(began_s)
     late = ""
     if late_s > _LATE_S:  # a site that was restarted has set its earlier recording aside
-        late = f" The operator site's recording begins {_minutes(late_s)} after the examination. {_BEFORE}"
+        late = f" The operator site's recording begins {texts.duration(late_s)} after the examination. {_BEFORE}"
     return f"Felt within the explored outline: {', '.join(shares)}.{late}"
 
 
@@ -266,7 +263,7 @@ def _moved(examination: Examination) -> str:
     said = ""
     for movement in examination.movements:
         since_s = None if began_s is None else movement.since_s - float(began_s)
-        after = "" if since_s is None else f"After {_minutes(since_s)}: "
+        after = "" if since_s is None else f"After {texts.duration(since_s)}: "
         said += f"{after}{texts.moved(movement.by_m)} "
     return said
 
@@ -297,12 +294,7 @@ def _duration(examination: Examination, seconds: float | None) -> str:
         seconds = examination.ended_s - float(began_s)
     if seconds is None or not math.isfinite(seconds):
         return "–"
-    return _minutes(seconds)
-
-
-def _minutes(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
+    return texts.duration(seconds)
 
 
 def _wall_clock(text: Any) -> str | None:

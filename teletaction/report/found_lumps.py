@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from common.scenes.tissue import Nodule
-from operator_site.console.map.lump_areas import field_of, lumps_of
+from operator_site.console.map.lump_areas import search_lumps
 from operator_site.console.map.tactile_map import TactileMap
 
 BESIDE_M = 5e-3
@@ -15,8 +15,7 @@ _SHOWN = ("x_mm", "y_mm", "length_mm", "width_mm", "stiffness_ratio", "stiffness
 
 def suggested_lumps(surface: TactileMap) -> list[dict[str, Any]]:
     """List the lumps with their outlines, most probable first, as the console suggests them."""
-    field = field_of(surface.stiffness.rows())
-    return [] if field is None else lumps_of(field)
+    return search_lumps(surface.stiffness.rows()).lumps
 
 
 def found_lumps(surface: TactileMap, nodules: Sequence[Nodule] = ()) -> list[dict[str, Any]]:

@@ -19,7 +19,7 @@ from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import MapPicture, picture
 from operator_site.console.map.roughness_shown import LEVEL_0_V, LEVEL_10_V, roughness_shown
 from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, STALE_M, TactileMap
-from operator_site.console.texts import named
+from operator_site.console.texts import named, percent
 
 Floats = NDArray[np.float64]
 UNITS = {"temperature": "°C", "roughness": "of 10", "stiffness": "N/m"}
@@ -193,13 +193,7 @@ def draw_lumps(axes: Axes, lumps: Iterable[Mapping[str, Any]]) -> None:
         axes.add_patch(outline).set_path_effects([HALO])
         lowest_mm = min(y for _, y in lump["outline_mm"]) - 0.8
         how: dict[str, Any] = {"fontsize": 7.5, "ha": "center", "va": "top", "path_effects": [HALO], "clip_on": True}
-        axes.text(lump["x_mm"], lowest_mm, lump_label(lump), **how)
-
-
-def lump_label(lump: Mapping[str, Any]) -> str:
-    """Return the label of a lump, such as `lump 87 %`; no probability is written as certain."""
-    percent = round(100.0 * float(lump["probability"]))
-    return "lump > 99 %" if percent > 99 else f"lump {percent} %"
+        axes.text(lump["x_mm"], lowest_mm, f"lump {percent(lump['probability'])}", **how)
 
 
 def map_figure(

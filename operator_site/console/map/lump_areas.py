@@ -56,24 +56,11 @@ NOTHING = Searched([], None)
 
 def search_lumps(rows: Floats) -> Searched:
     """Search the presses of a map, `StiffnessLayer.rows`. Raises ValueError for rows that are none."""
-    field = field_of(rows)
-    if field is None:
+    field = field_of_presses(rows) if len(rows) else None
+    if field is None or len(field.places_m) < FEWEST_PLACES:
         return NOTHING
     search = search_of_field(field)
     return Searched(lumps_in(cells(field, LumpMap(field, search), stiffness=False), field), next_press_mm(search))
-
-
-def field_of(rows: Floats) -> StiffnessField | None:
-    """Return the field of samples, `StiffnessLayer.rows`; None with too few places for lump probabilities."""
-    if not len(rows):
-        return None
-    field = field_of_presses(rows)
-    return field if len(field.places_m) >= FEWEST_PLACES else None
-
-
-def lumps_of(field: StiffnessField) -> list[dict[str, Any]]:
-    """List the lumps of a field of `field_of`, see `lumps_in`."""
-    return lumps_in(cells(field, lumps_of_field(field), stiffness=False), field)
 
 
 def next_press_mm(search: NoduleSearch) -> tuple[float, float]:
