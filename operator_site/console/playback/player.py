@@ -8,7 +8,10 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+from common.files.constants import within
+from common.link.session_state import Refused
 from common.timing.interval import Interval
+from operator_site.console import texts
 from operator_site.console.background_search import MapSearches
 from operator_site.console.camera.camera_now import CameraNow, Seen
 from operator_site.console.camera.picture_reader import KEY_S
@@ -19,13 +22,17 @@ from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import CAMERA, VOICE, Playback, Recording
 from operator_site.console.playback.played_media import PlayedPictures, PlayedSounds
 from operator_site.console.voice.voice_now import Heard, VoiceNow
+from operator_site.console.web.answer import Act, Answer
 from operator_site.console.web.camera_pages import CameraPages
+from operator_site.console.web.clients import Client
 from operator_site.console.web.commands import Commands
 from operator_site.console.web.page_state import camera_state, page_state
 from operator_site.console.web.pages import Pages
 from operator_site.console.web.voice_pages import VoicePages
 from operator_site.session.console_feed import BATCH_S
 
+_LARGEST = 1e9
+"""Largest speed and largest time of a request, s."""
 AT_ONCE = 300
 """Messages that one step takes to complete a preview; about 0.05 s."""
 
@@ -84,6 +91,28 @@ class Player:
         self._target_s = at_s
         return self.playback.ready(at_s)
 
+    @property
+    def verbs(self) -> dict[str, Act]:
+        """What carries out the requests of a page."""
+        return {"play": self._asked_to_play, "pause": self._asked_to_pause, "seek": self._asked_to_seek}
+
+    async def _asked_to_play(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        speed = details.get("speed", 1.0)
+        if not within(speed, -_LARGEST, _LARGEST):
+            raise Refused(texts.SPEED_NEEDED)
+        self.play(float(speed))
+        return Answer(True, "")
+
+    async def _asked_to_pause(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        self.pause()
+        return Answer(True, texts.PLAYBACK_PAUSED)
+
+    async def _asked_to_seek(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        at_s = details.get("at_s")
+        if not within(at_s, -_LARGEST, _LARGEST):
+            raise Refused(texts.TIME_NEEDED)
+        return Answer(True, "" if self.seek(max(0.0, float(at_s))) else texts.READING_AHEAD)
+
     def state(self) -> dict[str, Any]:
         """Return the state for the page."""
         playback, start = self.playback, self._start
@@ -117,7 +146,7 @@ class PlayedConsole:
         self._player = Player(recording, Checkpoints(path, opened))
         self._recorded = PlayedPictures(recording) if recording.has(CAMERA) else None
         self._sounds = PlayedSounds(recording) if recording.has(VOICE) else None
-        self._commands = Commands(self._player.playback.console, Journal(None, {}), player=self._player)
+        self._commands = Commands(self._player.playback.console, Journal(None, {}), playing=self._player.verbs)
         self.pages = Pages(self._commands, lambda: self._player.playback.now_s)
         self.camera_pages = CameraPages(self.pages.contain)
         self.voice_pages = VoicePages(self.pages.contain, lambda: None)

@@ -4,10 +4,10 @@ import asyncio
 import logging
 import math
 from collections import Counter
+from collections.abc import Mapping
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from typing import Any, Protocol
 
 from common.files.constants import within
@@ -31,7 +31,6 @@ from operator_site.console.web.control import Control
 from operator_site.console.web.examination_requests import ExaminationRequests
 from operator_site.console.web.map_requests import propose_kind, values_at
 from operator_site.console.web.page_state import refusal
-from operator_site.console.web.playback_requests import Playing, pause, play, seek
 from operator_site.console.web.request_record import LONGEST_KEPT, recorded, shown, whole
 
 log = logging.getLogger(__name__)
@@ -63,10 +62,10 @@ class Commands:
         console: Console,
         journal: Journal,
         site: SiteControl | None = None,
-        player: Playing | None = None,
+        playing: Mapping[str, Act] | None = None,
         reporting: Reporting | None = None,
     ):
-        """Act on a running site through its local control, or on a recording through its player."""
+        """Act on a running site through its local control, or on a recording by `playing`, the verbs of its player."""
         self.console, self._journal, self._site = console, journal, site
         self.control = Control()
         self._clearing = (-math.inf, "")
@@ -94,15 +93,10 @@ class Commands:
             VERB: self._camera_marks,
             "place": self._place,
         }
-        self.plays = player is not None
+        self.plays = playing is not None
         """Whether a recording is shown. A dragged slider then sends many requests, and none acts on a site."""
-        if player is not None:
-            playing = {"play": play, "pause": pause, "seek": seek}
-            self._verbs = {
-                "place": self._place,
-                "propose": self._propose,
-                **{verb: partial(act, player) for verb, act in playing.items()},
-            }
+        if playing is not None:
+            self._verbs = {"place": self._place, "propose": self._propose, **playing}
 
     async def ask(self, client: Client, verb: object, details: object, now_s: float) -> Answer:
         """Record one request of a page, carry it out, and record and return the answer.

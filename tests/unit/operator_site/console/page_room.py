@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any
 
@@ -12,9 +12,9 @@ from starlette.websockets import WebSocketDisconnect
 from common.web.access import Visitor
 from operator_site.console.examination.journal import Journal
 from operator_site.console.model import Console
+from operator_site.console.web.answer import Act
 from operator_site.console.web.commands import Commands
 from operator_site.console.web.pages import Pages
-from operator_site.console.web.playback_requests import Playing
 
 BRIEF = {"state": "connected", "session": 7}
 
@@ -105,7 +105,7 @@ class Socket:
 class Room:
     """Pages of a running site or of a recording, at a time that stands still."""
 
-    def __init__(self, played: Playing | None = None) -> None:
+    def __init__(self, played: Mapping[str, Act] | None = None) -> None:
         self.site, self.now_s = AnsweringSite(), 100.0
         self.commands = Commands(Console(), MemoryJournal(), None if played else self.site, played)
         self.pages = Pages(self.commands, self.clock_s, self.clock_s)

@@ -1,11 +1,14 @@
 """One page: within its rate everything counts, above it a stop and no more."""
 
 import json
+from typing import Any
 
 import pytest
 
 from common.web.access import Visitor
 from operator_site.console.web import clients
+from operator_site.console.web.answer import Answer
+from operator_site.console.web.clients import Client
 from operator_site.console.web.pages import (
     FULL,
     MESSAGES_AT_ONCE,
@@ -106,25 +109,13 @@ def test_an_observer_who_comes_again_and_again_is_sent_away(room: Room) -> None:
     assert [room.serve(OR_1, ALIVE).closed for _ in range(OPENINGS_AT_ONCE + 5)] == [None] * (OPENINGS_AT_ONCE + 5)
 
 
-class Played:
-    """A recording in which every moment is read already."""
-
-    def __init__(self) -> None:
-        self.sought_s: list[float] = []
-
-    def play(self, speed: float) -> None:
-        pass
-
-    def pause(self) -> None:
-        pass
-
-    def seek(self, at_s: float) -> bool:
-        self.sought_s.append(at_s)
-        return True
-
-
 def test_a_slider_of_a_recording_may_be_dragged_without_end() -> None:
-    played = Played()
+    sought_s: list[float] = []
+
+    async def seek(client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        sought_s.append(details["at_s"])
+        return Answer(True, "")
+
     said = [ask(number, "seek", at_s=0.1 * number) for number in range(3 * REQUESTS_AT_ONCE)]
-    assert Room(played).serve(OR_1, *said).closed is None
-    assert len(played.sought_s) == 3 * REQUESTS_AT_ONCE
+    assert Room({"seek": seek}).serve(OR_1, *said).closed is None
+    assert len(sought_s) == 3 * REQUESTS_AT_ONCE
