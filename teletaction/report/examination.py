@@ -3,7 +3,6 @@
 import hashlib
 import json
 import math
-import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
@@ -11,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from common.files.read_files import NotToml, parse_toml
 from common.privacy.recording_file import open_recording
 from common.recording.reader import RecordingReader
 from common.recording.recorded_fields import Map, map_of, read_map
@@ -215,7 +215,7 @@ class Examination:
     def _take_table(self, name: str, content: bytes) -> None:
         try:
             table = json.loads(content)
-        except ValueError:
+        except (ValueError, RecursionError):
             table = None
         known = table if isinstance(table, dict) else {}
         things = known.get("materials") or known.get("surfaces")
@@ -248,8 +248,8 @@ class Examination:
         answers = {}
         for origin, facts in self.facts.items():
             try:
-                answer = tomllib.loads(facts.get("configuration", "")).get("consent")
-            except tomllib.TOMLDecodeError:
+                answer = parse_toml(facts.get("configuration", "")).get("consent")
+            except NotToml:
                 continue
             if isinstance(answer, dict):
                 answers[origin] = ", ".join(name for name, agreed in answer.items() if agreed) or "nothing"

@@ -1,6 +1,5 @@
 """Writes the report of a session from its recording."""
 
-import json
 import logging
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any, TypedDict
 
 import msgspec
 
+from common.files.read_files import read_json
 from teletaction.recordings.merge import merge_recordings
 from teletaction.recordings.session_data import SessionData
 from teletaction.report.examination import Examination
@@ -92,11 +92,10 @@ def _summary(path: Path) -> dict[str, Any]:
     if not path.exists():
         return {}
     try:
-        summary = json.loads(path.read_text("utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path}: not JSON: {error}") from None
-    try:
+        summary = read_json(path)
         msgspec.convert(summary, _Summary)
     except msgspec.ValidationError as error:
         raise ValueError(f"{path}: not a summary of a session: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: not JSON: {error}") from None
     return dict(summary)

@@ -160,6 +160,13 @@ def test_the_report_names_the_person_and_the_findings(path: Path) -> None:
         assert words in page.text, words
 
 
+def test_an_attached_table_that_is_nested_too_deeply_has_its_hash_alone(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "operator.mcap", {"operator/touch": {}}, {}, {"materials.json": 100_000 * b"["}):
+        pass
+    (table,) = Examination.read(tmp_path / "operator.mcap").tables
+    assert (table["name"], table["kind"], len(table["hash"])) == ("materials.json", None, 64)
+
+
 def test_a_material_has_the_name_that_the_console_shows(path: Path) -> None:
     html, _ = page_of(path)
     assert "material &lt;i&gt;skin dermis&lt;/i&gt; (100 % of the touches)" in html

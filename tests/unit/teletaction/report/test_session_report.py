@@ -55,6 +55,13 @@ def test_a_summary_of_another_program_is_refused_in_one_line(summary: str, tmp_p
     assert f"{tmp_path / 'summary.json'}: not a summary of a session: Expected" in line
 
 
+@pytest.mark.parametrize(("summary", "why"), [(100_000 * "[", "nested too deeply"), ("{", "Expecting property name")])
+def test_a_summary_that_is_not_json_is_refused_in_one_line(summary: str, why: str, tmp_path: Path) -> None:
+    (tmp_path / "summary.json").write_text(summary, "utf-8")
+    line = one_line(command("report", record(tmp_path / "operator.mcap"), "--out", tmp_path / "report.html"), 2)
+    assert f"{tmp_path / 'summary.json'}: not JSON: {why}" in line
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("more", [0, 1])
 @pytest.mark.usefixtures("coarse")
