@@ -253,6 +253,11 @@ def count(number: int, of: str) -> str:
     return f"{number} {of}" + ("" if number == 1 else plural)
 
 
+def whole(number: float) -> str:
+    """Format a number without decimals, such as `−5`; a small one is 0, and never −0."""
+    return f"{round(number)}".replace("-", "−")
+
+
 def percent(probability: float) -> str:
     """Format a probability, never as certain."""
     return "> 99 %" if probability >= _SURE else f"{probability * 100:.0f} %"
@@ -430,7 +435,7 @@ def most_tender(place_mm: tuple[float, float, float] | None, threshold_n: float 
     """
     where = NOT_KNOWN_YET
     if place_mm is not None:
-        x, y = (f"{along:.0f}".replace("-", "−") for along in place_mm[:2])
+        x, y, _ = map(whole, place_mm)
         where = f"near x {x} y {y} mm, ± {max(1.0, place_mm[2]):.0f} mm{ALIKE if alike else ''}"
     return f"most tender {where}; pain from {NOT_KNOWN_YET if threshold_n is None else f'about {threshold_n:.1f} N'}"
 

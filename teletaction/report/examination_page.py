@@ -319,4 +319,4 @@ def _sides(begun: Mapping[str, Any]) -> str:
 
 
 def _mm(value: Any) -> str:
-    return "–" if value is None else f"{1e3 * float(value):.0f}".replace("-", "−")
+    return "–" if value is None else texts.whole(1e3 * float(value))

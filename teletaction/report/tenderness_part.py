@@ -8,7 +8,7 @@ from matplotlib.patches import Circle
 
 from operator_site.console.tenderness.pain_presses import quiet_places
 from operator_site.console.tenderness.tender_search import CIRCLE_SD, Tenderness
-from operator_site.console.texts import NOT_KNOWN_YET
+from operator_site.console.texts import ALIKE, NOT_KNOWN_YET, whole
 from teletaction.plotting.figure_style import BLACK, BLUE, RED
 from teletaction.report.examination import Examination
 from teletaction.report.map_figure import HALO
@@ -32,8 +32,8 @@ def tenderness_part(examination: Examination) -> Element | None:
     place, reaction_s, threshold_n = found.place_mm, found.known_reaction_s, found.known_threshold_n
     where = NOT_KNOWN_YET
     if place is not None:
-        where = f"x {place[0]:.0f}, y {place[1]:.0f} mm, ± {max(1.0, place[2]):.0f} mm".replace("-", "−")
-        where += ", or all places alike" if found.alike else ""
+        x, y, sd = place
+        where = f"x {whole(x)}, y {whole(y)} mm, ± {max(1.0, sd):.0f} mm{ALIKE if found.alike else ''}"
     interval = "" if found.place is None else f" (90 %: {found.place.low_n:.1f} to {found.place.high_n:.1f} N)"
     return h.div[
         h.h3["Tenderness"],

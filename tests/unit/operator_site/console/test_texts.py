@@ -35,6 +35,10 @@ def test_alarms_say_where_what_and_what_to_do() -> None:
     assert texts.ended(59.6, 1, 1) == "Saved: 1 min 0 s, 1 finding, 1 message lost."
 
 
+def test_a_place_beside_the_middle_is_at_0_and_not_at_minus_0() -> None:
+    assert texts.most_tender((-0.3, -5.2, 4.0), 2.04) == "most tender near x 0 y −5 mm, ± 4 mm; pain from about 2.0 N"
+
+
 def test_no_alarm_is_longer_than_its_line() -> None:
     alarms = [texts.not_confirmed(DEVICES[:n]) for n in range(1, 8)]
     alarms += [texts.device_lost(name) for name in DEVICES]
