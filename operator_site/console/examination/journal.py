@@ -20,42 +20,28 @@ from operator_site.console.examination.resume import Unfinished, unfinished
 
 log = logging.getLogger(__name__)
 
-SCHEMAS: dict[str, dict[str, object]] = {
-    "console/finding": {
-        "type": "object",
-        "description": "id, at_s, kind, finger, x_m, y_m (m of the remote bench), text, compare, note, contrast "
-        "(quantity, value, sd, clear: K or a ratio), confidence, body (region, side, landmark, landmark_mm), withdrawn "
-        "(the reason), change (mark, note, edit, withdraw, undo); a later record of the same id replaces an earlier "
-        "one. Records before change have none of the fields from contrast on",
-    },
-    "console/act": {
-        "type": "object",
-        "description": "at_s, who, verb, details, ok, answer: who asked for what. The record before an act has ok "
-        "null; one with the same at_s, who and verb replaces it when it was answered",
-    },
-    "console/alarm": {"type": "object", "description": "an alarm as it began, rose or ended"},
-    "console/felt": {
-        "type": "object",
-        "description": "samples: quantity, key, touch, finger, x_m, y_m, t_s, value, variance, name of each that the "
-        "map took since the record before; a console that continues the examination shows them again",
-    },
-    "console/camera": {
-        "type": "object",
-        "description": "sequence, captured_s (operator site's clock), uncertainty_s, is_key, width, height, content "
-        "(VP8, RFC 6386): a picture of the camera as the console relayed it",
-    },
-    "console/voice": {
-        "type": "object",
-        "description": "direction (from_remote, to_remote), sequence, captured_s (operator site's clock), "
-        "uncertainty_s, content (one frame of Opus, RFC 6716: 48 kHz, one channel, 20 ms): a sound as the console "
-        "relayed it",
-    },
-    "console/session": {
-        "type": "object",
-        "description": "what (begin, end), at_s, pseudonym, wall_clock, who, sides, body (region, side, landmark, "
-        "landmark_mm), consented (what the patient has confirmed at the begin to have recorded)",
-    },
+_DESCRIBED = {
+    "console/finding": "id, at_s, kind, finger, x_m, y_m (m of the remote bench), text, compare, note, contrast "
+    "(quantity, value, sd, clear: K or a ratio), confidence, body (region, side, landmark, landmark_mm), withdrawn "
+    "(the reason), change (mark, note, edit, withdraw, undo); a later record of the same id replaces an earlier "
+    "one. Records before change have none of the fields from contrast on",
+    "console/act": "at_s, who, verb, details, ok, answer: who asked for what. The record before an act has ok "
+    "null; one with the same at_s, who and verb replaces it when it was answered",
+    "console/alarm": "an alarm as it began, rose or ended",
+    "console/felt": "samples: quantity, key, touch, finger, x_m, y_m, t_s, value, variance, name of each that the "
+    "map took since the record before; a console that continues the examination shows them again",
+    "console/camera": "sequence, captured_s (operator site's clock), uncertainty_s, is_key, width, height, content "
+    "(VP8, RFC 6386): a picture of the camera as the console relayed it",
+    "console/voice": "direction (from_remote, to_remote), sequence, captured_s (operator site's clock), "
+    "uncertainty_s, content (one frame of Opus, RFC 6716: 48 kHz, one channel, 20 ms): a sound as the console "
+    "relayed it",
+    "console/session": "what (begin, end), at_s, pseudonym, wall_clock, who, sides, body (region, side, landmark, "
+    "landmark_mm), consented (what the patient has confirmed at the begin to have recorded)",
 }
+SCHEMAS: dict[str, dict[str, object]] = {
+    stream: {"type": "object", "description": text} for stream, text in _DESCRIBED.items()
+}
+"""JSON schema of each stream of the console."""
 AGAIN_S = 5.0
 """Interval between two attempts to reopen a failed recording, s."""
 _MOST_UNSAVED = 15_000
