@@ -75,6 +75,19 @@ WORDS_AROUND_NEXT = """async ([dx, dy]) => {
   return [...words.filter(({ text }) => ['next', 'D2'].includes(text)), mark];
 }"""
 """Words that are drawn while the next place to press is at (dx, dy) px from the index, and that place's mark."""
+NAMES_OF_LUMPS = """async (probabilities) => {
+  const { drawOver } = await import('/page/map_over.js'), { now } = await import('/page/now.js');
+  const canvas = document.getElementById('map-over'), words = [], { width, height } = canvas.getBoundingClientRect();
+  const pen = canvas.getContext('2d'), before = now.state, outline_mm = [[0, 0], [9, 0], [9, 9]];
+  const lumps = probabilities.map(probability => ({ outline_mm, probability, at_edge: false, x_mm: 3 }));
+  now.state = { ...before, findings: [], patient: null, map: { ...before.map, lumps, next_mm: null } };
+  pen.fillText = text => words.push(text);
+  drawOver(canvas, { width, height, scale: 4, toX: x => x, toY: y => y }, null, null, null);
+  delete pen.fillText;
+  now.state = before;
+  return words.filter(text => text.startsWith('lump'));
+}"""
+"""Names of lumps with these probabilities."""
 TOUCH = {"has_touch": True}
 
 
@@ -110,6 +123,11 @@ def png(width: int, height: int) -> bytes:
     rows = (b"\x00" + b"\xff" * 3 * width) * height
     head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+
+
+def test_the_probability_of_a_lump_is_written_as_in_the_report(open_page: Open) -> None:
+    page = open_page("engaged")
+    assert page.evaluate(NAMES_OF_LUMPS, [0.6, 0.994, 0.999]) == ["lump 60 %", "lump 99 %", "lump > 99 %"]
 
 
 @pytest.mark.parametrize("size", [(1440, 900, 1), (1024, 768, 1), (800, 1280, 1)])

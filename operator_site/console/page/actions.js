@@ -5,11 +5,11 @@ import { open } from "./sheets.js";
 import { FIXED, WORDS } from "./words.js";
 
 const HOLD_MS = 1000, CONFIRM_MS = 5000, APART_MS = 500, STEP_MS = 50;
-let connection = null, say = null, held = null, confirming = null, begun = null; // what the button did when it was pressed
+let connection = null, speak = null, held = null, confirming = null, begun = null; // what the button did when it was pressed
 
-export function startActions(link, speak) {
+export function startActions(link, say) {
   connection = link;
-  say = speak;
+  speak = say;
   const button = byId("act-button");
   button.addEventListener("pointerdown", () => { begun = current(); if (begun.hold) hold(begun.verb); });
   for (const kind of ["pointerup", "pointercancel", "pointerleave"]) button.addEventListener(kind, event => release(event.type === "pointerup"));
@@ -41,8 +41,14 @@ function current() {
 const clearable = () => ["fault", "stopped"].includes(lastState());
 const possible = verb => current().verb === verb;
 
-export async function ask(verb, details = {}) {
-  const answer = await connection.ask(verb, details);
+// Shows a text below the map for a moment.
+export const say = text => speak(text);
+
+export const askSilently = (verb, details) => connection.ask(verb, details);
+
+// Asks the console and shows its answer.
+export async function ask(verb, details) {
+  const answer = await askSilently(verb, details);
   if (answer.text) say(answer.text);
   return answer;
 }

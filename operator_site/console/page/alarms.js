@@ -1,4 +1,5 @@
 // Region B: alarm line, list and sound, and the page's own alarms for a lost console.
+import { ask, askSilently } from "./actions.js";
 import { siteTime_s } from "./camera.js";
 import { byId, make, remake, shape, write } from "./dom.js";
 import { acts, controls, driven, known, now, playback, silent_s } from "./now.js";
@@ -8,11 +9,9 @@ import { WORDS } from "./words.js";
 const QUIET_S = 60, ANNOUNCE_MS = 2000, STARTS_MS = 1000, LONG = 44;
 const RANK = { high: 3, medium: 2, low: 1 };
 const quietUntil_ms = new Map(), sounded = new Map();
-let connection = null, say = null, announced = "", announcedAt_ms = -Infinity;
+let announced = "", announcedAt_ms = -Infinity;
 
-export function startAlarms(link, speak) {
-  connection = link;
-  say = speak;
+export function startAlarms() {
   byId("acknowledge-button").addEventListener("click", acknowledge);
   byId("quiet-button").addEventListener("click", quiet);
 }
@@ -69,10 +68,8 @@ function ageOf(alarm) {
 const acknowledgeable = () => controls() && known() && now.state.alarms.some(latched);
 
 // Ends the past alarms that a person must know of; a fault of the site is cleared by the main button.
-export async function acknowledge() {
-  if (!acknowledgeable()) return;
-  const answer = await connection.ask("acknowledge");
-  if (answer.text) say(answer.text);
+export function acknowledge() {
+  if (acknowledgeable()) ask("acknowledge");
 }
 
 function quietable(alarm) {
@@ -89,7 +86,7 @@ export function quiet() {
   const until_ms = performance.now() + QUIET_S * 1000;
   for (const alarm of standing().filter(quietable)) {
     quietUntil_ms.set(alarm.id, until_ms);
-    if (controls() && now.connected && "since_s" in alarm) connection.ask("quiet", { alarm: alarm.id, seconds: QUIET_S });
+    if (controls() && now.connected && "since_s" in alarm) askSilently("quiet", { alarm: alarm.id, seconds: QUIET_S });
   }
   showAlarms();
 }

@@ -4,7 +4,7 @@ import { penOf } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
-import { FINGER_IDS, WORDS } from "./words.js";
+import { FINGER_IDS, percent, WORDS } from "./words.js";
 
 const INK = "#10151B", PAPER = "#FFFFFF", BAR_MM = 10, STALE_MM = 4, SURE = 0.9, OPPOSITE = { head: "feet", feet: "head", left: "right", right: "left" };
 
@@ -130,7 +130,7 @@ function outline(pen, at, { outline_mm, probability, at_edge }) {
 // Its name, below it if a finger is above. Returns the name's box.
 function name(pen, at, { outline_mm, probability, at_edge, x_mm }, fingers) {
   const x = at.toX(x_mm), all = outline_mm.map(corner => at.toY(corner[1])), above = Math.min(...all) - 8;
-  const text = `${at_edge ? "edge" : "lump"} ${Math.min(99, Math.round(100 * probability))} %`, taken = fingers.some(finger => meet(boxOf(text, x, above), finger));
+  const text = `${at_edge ? "edge" : "lump"} ${percent(probability)}`, taken = fingers.some(finger => meet(boxOf(text, x, above), finger));
   const y = taken ? Math.max(...all) + 18 : above;
   word(pen, text, x, y, 0.8);
   return boxOf(text, x, y);

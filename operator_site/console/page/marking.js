@@ -1,5 +1,6 @@
 // Marks a finding: time and place of the key press, then kind, place and save. Edits one in the same tray. The console
 // proposes the kind from the contrast with the surroundings, and says before saving where there is none.
+import { ask, askSilently, say } from "./actions.js";
 import { bodyText, openBody } from "./body.js";
 import { byId, make, write } from "./dom.js";
 import { controls, known, now } from "./now.js";
@@ -8,11 +9,9 @@ import { expect, openNote } from "./notes.js";
 import { capital, FINGER_NAMES, FINGERS, KINDS, WORDS } from "./words.js";
 
 const PROPOSE_MS = 250;
-let connection = null, say = null, withdraw = null, finding = null, proposed = null, asking = null;
+let withdraw = null, finding = null, proposed = null, asking = null;
 
-export function startMarking(link, speak, openWithdraw) {
-  connection = link;
-  say = speak;
+export function startMarking(openWithdraw) {
   withdraw = openWithdraw;
   KINDS.forEach((kind, at) => {
     const button = make("button", { "aria-pressed": "false" }, `${kind} `, make("kbd", { text: at + 1 }));
@@ -76,7 +75,7 @@ async function propose() {
     asking = null;
     if (!proposed) propose();
   }, PROPOSE_MS);
-  const answer = await connection.ask("propose", { x_mm, y_mm });
+  const answer = await askSilently("propose", { x_mm, y_mm });
   if (!finding || !answer.ok || finding.x_mm !== x_mm || finding.y_mm !== y_mm) return;
   proposed = answer.details;
   if (!finding.chosen) finding.kind = proposed.kind ?? null;
@@ -115,9 +114,8 @@ export async function save() {
   const { id, finger, at_s, kind, x_mm, y_mm, body } = finding, details = id ? { finding: id, kind } : { finger, at_s, kind };
   if (x_mm !== null) Object.assign(details, { x_mm, y_mm });
   if (finding.bodyChosen) details.body = body && { region: body.region, side: body.side, landmark: body.landmark, landmark_mm: body.landmark_mm };
-  const answer = await connection.ask(id ? "edit" : "finding", details);
+  const answer = await ask(id ? "edit" : "finding", details);
   saved.saving = false;
-  say(answer.text);
   if (!answer.ok) return;
   if (!id) expect(answer.details.id, kind ?? "");
   if (finding === saved) discard();

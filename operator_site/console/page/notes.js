@@ -1,14 +1,13 @@
 // Writes a note to a finding. Space types here and Esc is STOP; closing keeps the text for this finding.
+import { askSilently, say } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
 import { controls, now } from "./now.js";
 import { WORDS } from "./words.js";
 
 const drafts = new Map(); // unsaved texts by study number and finding
-let connection = null, say = null, expected = null, study = null; // study number for which the tray was opened
+let expected = null, study = null; // study number for which the tray was opened
 
-export function startNotes(link, speak) {
-  connection = link;
-  say = speak;
+export function startNotes() {
   byId("note-button").addEventListener("click", () => openNote());
   byId("note-close").addEventListener("click", closeNote);
   byId("note-finding").addEventListener("change", showText);
@@ -64,7 +63,7 @@ async function save() {
   const text = byId("note-text").value, key = draftKey();
   if (!text.trim()) return;
   write(byId("note-said"), WORDS.noteSaving);
-  const answer = await connection.ask("note", { finding: Number(byId("note-finding").value), text });
+  const answer = await askSilently("note", { finding: Number(byId("note-finding").value), text });
   write(byId("note-said"), answer.text);
   if (!answer.ok) return;
   say(answer.text);
