@@ -1,7 +1,7 @@
 """Lays named fields out as columns, for tables: `index.object_c` is the field `object_c` of the index finger."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from teletaction.export.named_fields import Named, Schema
@@ -18,32 +18,24 @@ def table_name(topic: str) -> str:
 
 def columns_of(topic: str) -> dict[str, Schema]:
     """Return the schema of each column of a stream. One without fixed fields has a column `fields` with JSON."""
-    return _columns(TOPICS[topic].schema) or {"fields": {"type": "string", "description": "JSON"}}
+    columns = {name: part for name, part, _ in _leaves(TOPICS[topic].schema, None)}
+    return columns or {"fields": {"type": "string", "description": "JSON"}}
 
 
 def row_of(topic: str, fields: Named) -> dict[str, Any]:
     """Return the value of each column; a list of objects is JSON text, an unknown value None."""
-    if not TOPICS[topic].schema.get("properties"):
+    schema = TOPICS[topic].schema
+    if not schema.get("properties"):
         return {"fields": json.dumps(fields)}
-    return _row(TOPICS[topic].schema, fields)
+    leaves = _leaves(schema, fields)
+    return {name: json.dumps(value) if isinstance(value, list) else value for name, _, value in leaves}
 
 
-def _columns(schema: Schema, before: str = "") -> dict[str, Schema]:
-    found: dict[str, Schema] = {}
+def _leaves(schema: Schema, fields: Mapping[str, Any] | None, before: str = "") -> Iterator[tuple[str, Schema, Any]]:
+    """Yield column, schema and value of each part that is no object."""
     for name, part in schema.get("properties", {}).items():
-        if part["type"] == "object":
-            found |= _columns(part, f"{before}{name}.")
-        else:
-            found[before + name] = part
-    return found
-
-
-def _row(schema: Schema, fields: Mapping[str, Any] | None, before: str = "") -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for name, part in schema["properties"].items():
         value = None if fields is None else fields.get(name)
         if part["type"] == "object":
-            found |= _row(part, value, f"{before}{name}.")
+            yield from _leaves(part, value, f"{before}{name}.")
         else:
-            found[before + name] = json.dumps(value) if isinstance(value, list) else value
-    return found
+            yield before + name, part, value
