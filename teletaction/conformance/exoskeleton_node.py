@@ -4,7 +4,7 @@ from common.fingers import FINGERS
 from common.limits import FORCE_SAFE_S, MODULE_TIMEOUT_S
 from teletaction.conformance.checklist import HALF_A_REPORT_S, Checklist, How, NotApplicable, Outcome, acting_s, phases
 from teletaction.conformance.node_on_trial import FORCE_N, ExoskeletonOnTrial
-from teletaction.conformance.node_talk import Values
+from teletaction.conformance.node_talk import Values, settled
 
 EXOSKELETON: Checklist[ExoskeletonOnTrial] = Checklist("Exoskeleton; nobody wears it")
 
@@ -64,9 +64,7 @@ def _changes(node: ExoskeletonOnTrial) -> Outcome:
     furthest_n = 0.0
     for wanted_n in (FORCE_N, LOW_N, FORCE_N):
         states = _hold(node, {"enabled": 1.0, **dict.fromkeys(FINGERS, wanted_n)}, 3.0 * FORCE_SAFE_S)
-        judged = [values for at_s, values in states if at_s > states[0][0] + FORCE_SAFE_S]
-        if not judged:
-            raise NotApplicable(f"no {_STATE} after a change")
+        judged = settled(states, FORCE_SAFE_S)
         furthest_n = max([furthest_n, *(abs(values[finger] - wanted_n) for values in judged for finger in FINGERS)])
     return Outcome(furthest_n <= NEAR_N + 1e-9, f"{furthest_n:.2f} N off at most")
 
@@ -75,7 +73,6 @@ def _changes(node: ExoskeletonOnTrial) -> Outcome:
 def _enabled(node: ExoskeletonOnTrial) -> Outcome:
     for enabled in (1.0, 0.0):
         states = _hold(node, {**node.acting("FingerForces"), "enabled": enabled}, 3.0 * MODULE_TIMEOUT_S)
-        judged = [values for at_s, values in states if at_s > states[0][0] + MODULE_TIMEOUT_S + HALF_A_REPORT_S]
-        if not judged or judged[0]["enabled"] != enabled:
+        if settled(states, MODULE_TIMEOUT_S + HALF_A_REPORT_S)[0]["enabled"] != enabled:
             return Outcome(False, f"commanded {enabled:g}, reported {1.0 - enabled:g}")
     return Outcome(True, "on and off")

@@ -225,6 +225,18 @@ class NodeTalk:
         return self.newest[name]
 
 
+def settled(states: Sequence[tuple[float, Values]], after_s: float) -> list[Values]:
+    """Return the values of the state frames later than `after_s` behind the first, s.
+
+    Raises:
+        NotApplicable: there are none.
+    """
+    late = [values for at_s, values in states if at_s > states[0][0] + after_s]
+    if not late:
+        raise NotApplicable("no state frame after a change")
+    return late
+
+
 def wrong_crc(message: can.Message) -> can.Message:
     """Return the frame with a wrong CRC."""
     return _with_data(message, bytes(message.data[:7]) + bytes((message.data[7] ^ 0x5A,)))

@@ -8,7 +8,7 @@ from common.fingers import FINGERS
 from common.limits import APPROACH_DOWN_M_S, MODULE_TIMEOUT_S
 from teletaction.conformance.checklist import HALF_A_REPORT_S, Checklist, How, NotApplicable, Outcome, acting_s, phases
 from teletaction.conformance.node_on_trial import TelemanipulatorOnTrial
-from teletaction.conformance.node_talk import REPEAT_S, Values
+from teletaction.conformance.node_talk import REPEAT_S, Values, settled
 
 TELEMANIPULATOR: Checklist[TelemanipulatorOnTrial] = Checklist("Telemanipulator; nothing is under its fingers")
 
@@ -185,9 +185,6 @@ def _reports_release(node: TelemanipulatorOnTrial) -> Outcome:
     heights, pose = _stands(node)
     for released in (0.0, 1.0, 0.0):
         states = node.talk.states(_command(node, 3.0 * MODULE_TIMEOUT_S, {"released": released, **heights}, pose))
-        judged = [values for at_s, values in states if at_s > states[0][0] + MODULE_TIMEOUT_S + HALF_A_REPORT_S]
-        if not judged:
-            raise NotApplicable("no TelemanipulatorState")
-        if judged[0]["released"] != released:
+        if settled(states, MODULE_TIMEOUT_S + HALF_A_REPORT_S)[0]["released"] != released:
             return Outcome(False, f"commanded {released:g}, reported {1.0 - released:g}")
     return Outcome(True, "released and not")

@@ -1,6 +1,7 @@
 """A device whose reports stop, or come all at once, ends no examination and passes no duty by its silence."""
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import can
@@ -16,6 +17,7 @@ from sim_sensors.devices.thermal_sensor import ThermalSensor
 from teletaction.conformance.checklist import How, Unsafe, Verdict
 from teletaction.conformance.cut_out import Heating
 from teletaction.conformance.drives import Drives
+from teletaction.conformance.exoskeleton_node import EXOSKELETON
 from teletaction.conformance.module_talk import ModuleTalk
 from tests.unit.teletaction.conformance.examining import came, examined
 from tests.unit.teletaction.conformance.spoiled_module import BORN_S, over
@@ -116,3 +118,10 @@ def test_a_node_without_state_frames_passes_no_time_out(kind: Callable[[], Any],
 def test_repeated_numbers_are_not_called_missing() -> None:
     results = examined(saying(VirtualModule(ThermalSensor(1, BORN_S)), lambda _: 1), LISTENING)
     assert "0 numbers missing and 0 repeated" in came(results, Verdict.PASS)["S6"]
+
+
+def test_an_exoskeleton_that_falls_silent_after_a_change_is_said_to_have_reported_nothing() -> None:
+    (duty,) = (duty for duty in EXOSKELETON.duties if duty.number == "E5")
+    talk = SimpleNamespace(repeat=lambda *_: [], states=lambda _: [(1.0, {"enabled": 0.0})])
+    tried = duty.tried_on(SimpleNamespace(talk=talk, acting=lambda _: {}))
+    assert (tried.verdict, tried.came) == (Verdict.NOT_APPLICABLE, "no state frame after a change")
