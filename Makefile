@@ -85,8 +85,8 @@ WITHIN := tests
 long: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal --durations=10 -m 'long and not (hardening or exports)' $(filter $(WITHIN) $(addsuffix /%,$(WITHIN)),$(call marked,long))
 
-# Those that load the machine, measure cost or run all five fingers run alone. The others run two at a time.
-MEASURED := tests/system/test_demo.py tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
+# Those that load the machine, measure cost, run all five fingers or six processes run alone. The others run two at a time.
+MEASURED := tests/system/test_demo.py tests/system/test_keys_live.py tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
 .PHONY: session
 session: $(READY)
 	$(BIN)/pytest -m session -n 2 --dist loadfile --durations=10 $(filter-out $(MEASURED),$(call marked,session))
