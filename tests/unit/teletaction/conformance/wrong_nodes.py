@@ -1,6 +1,6 @@
 """Emulated CAN nodes with one thing wrong each, under the number of the duty that they break."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import can
@@ -164,9 +164,9 @@ def crossed_fingers(end: Any, values: Values) -> Values:
 
 @wrong("E2", Exoskeleton)
 def enabled_or_not(end: Any) -> None:
-    def obey(below: Callable[..., None], name: str, values: Values, now_s: float) -> None:
+    def obey(below: Callable[..., None], name: str, values: Sequence[float], now_s: float) -> None:
         below(name, values, now_s)
-        end.node._force_n = np.array([values[finger] for finger in FINGERS])
+        end.node._force_n = np.array(values[: len(FINGERS)])
 
     over(end.node, "_obey", obey)
 

@@ -162,7 +162,7 @@ def test_a_sensor_of_another_physics_without_labels_keeps_one_lag() -> None:
         (name, hand.fingers[0].trace, None)
         for name in ("aluminium", "ceramic_tile", "pvc", "pine")
         for seed, unit in enumerate(kind.units)
-        for hand in simulate_touches(Kind(kind.sensor, (unit,)), name, 10 + seed, 1, seconds=6.3)
+        for hand in simulate_touches(Kind(kind.sensor, (unit,)), name, 10 + seed, range(1), seconds=6.3)
     ]
     table = calibrate_traces(touches).table
     assert table.ln_lag_sd < 0.1
